@@ -1,0 +1,1 @@
+#include "grouser/models.h"

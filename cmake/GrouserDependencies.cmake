@@ -1,0 +1,13 @@
+# Every library the project uses, all from Debian 12. The model modules link only Bullet, Eigen, SUNDIALS, HDF5 and yaml-cpp.
+find_package(PkgConfig REQUIRED)
+find_package(Threads REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(yaml-cpp REQUIRED)
+set(HDF5_PREFER_PARALLEL OFF)
+find_package(HDF5 REQUIRED COMPONENTS C)
+find_package(Boost 1.74 REQUIRED)
+if(GROUSER_VEHICLE)
+  # CMake's FindBullet finds single precision; vehicles use float64, which only pkg-config knows.
+  pkg_check_modules(bullet64 REQUIRED IMPORTED_TARGET bullet-float64)
+  find_package(SUNDIALS REQUIRED COMPONENTS cvode kinsol nvecserial)
+endif()
