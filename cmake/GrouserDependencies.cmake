@@ -5,6 +5,8 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(yaml-cpp REQUIRED)
 set(HDF5_PREFER_PARALLEL OFF)
 find_package(HDF5 REQUIRED COMPONENTS C)
+# The same library as a target, which an installed static library can name (FindHDF5 gives paths and needs the C language).
+pkg_search_module(grouser_hdf5 REQUIRED IMPORTED_TARGET hdf5-serial hdf5)
 find_package(Boost 1.74 REQUIRED)
 if(GROUSER_VEHICLE)
   # CMake's FindBullet finds single precision; vehicles use float64, which only pkg-config knows.

@@ -1,6 +1,6 @@
 # grouser_module(name SOURCES ... PUBLIC ... PRIVATE ...): one static library grouser_<name>, alias grouser::<name>.
 function(grouser_warnings target)
-  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
                          $<$<BOOL:${GROUSER_WERROR}>:-Werror>)
   if(GROUSER_SANITIZE)
     target_compile_options(${target} PUBLIC -fsanitize=${GROUSER_SANITIZE} -fno-omit-frame-pointer)

@@ -1,1 +1,119 @@
-int main() { return 0; }
+// The grouser command: parses arguments, calls one function per command, turns errors into exit codes.
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "commands.h"
+#include "grouser/terrain/config.h"
+#include "grouser/terrain/recorder.h"
+#include "grouser/terrain/terrain.h"
+#include "grouser/vehicle/rig.h"
+#include "grouser/vehicle/simulation.h"
+
+namespace {
+
+using namespace grouser::app;
+
+int parse_and_run(int argc, char** argv) {
+  CLI::App cli{"grouser: vehicles on soil in the Bullet physics engine", "grouser"};
+  cli.require_subcommand(1);
+  cli.set_version_flag("--version", "grouser " GROUSER_VERSION);
+  cli.footer("Exit codes: 0 done, 1 the simulation stopped, 2 the input is wrong.");
+  int code = 0;
+
+  RunArguments run_args;
+  auto* run_cmd = cli.add_subcommand("run", "run a scenario: a vehicle over a ground on one terrain model");
+  run_cmd->add_option("scenario", run_args.scenario, "scenario file")->required();
+  run_cmd->add_option("--terrain", run_args.terrain, "terrain model instead of the scenario's (grouser list models)");
+  run_cmd->add_option("--duration", run_args.duration, "simulated time instead of the scenario's, with a unit: '5 s'");
+  run_cmd->add_option("--out", run_args.out, "folder for the results (default runs/<scenario>-<terrain>)");
+  run_cmd->add_option("--threads", run_args.threads, "threads for the terrain")->check(CLI::Range(1, 1024));
+  run_cmd->add_flag("--overwrite", run_args.overwrite, "replace the results of an earlier run");
+  run_cmd->add_flag("--no-report", run_args.no_report, "do not write report.html");
+  run_cmd->add_flag("--quiet", run_args.quiet, "no progress line");
+  run_cmd->callback([&] { code = run(run_args); });
+
+  RigArguments rig_args;
+  auto* rig_cmd = cli.add_subcommand("rig", "single-wheel rig: slip sweep, imposed torque or digging");
+  rig_cmd->add_option("rig", rig_args.rig, "rig file")->required();
+  rig_cmd->add_option("--terrain", rig_args.terrain, "terrain model instead of the rig's");
+  rig_cmd->add_option("--slip", rig_args.slips, "slips instead of the rig's, comma separated, in the rig's own definition")
+      ->delimiter(',');
+  rig_cmd->add_option("--integrator", rig_args.integrator, "fixed (Bullet, as a vehicle) or cvode (reference)")
+      ->check(CLI::IsMember({"fixed", "cvode"}));
+  rig_cmd->add_option("--out", rig_args.out, "folder for the results (default runs/<rig>-<terrain>)");
+  rig_cmd->add_option("--threads", rig_args.threads, "cases at the same time")->check(CLI::Range(1, 1024));
+  rig_cmd->add_flag("--overwrite", rig_args.overwrite, "replace the results of an earlier run");
+  rig_cmd->add_flag("--no-report", rig_args.no_report, "do not write report.html");
+  rig_cmd->add_flag("--quiet", rig_args.quiet, "no progress line");
+  rig_cmd->callback([&] { code = rig(rig_args); });
+
+  std::filesystem::path resume_folder;
+  int resume_threads = 1;
+  bool resume_quiet = false;
+  auto* resume_cmd = cli.add_subcommand("resume", "continue a run that was stopped, from its last checkpoint");
+  resume_cmd->add_option("folder", resume_folder, "folder of the run")->required();
+  resume_cmd->add_option("--threads", resume_threads, "threads for the terrain")->check(CLI::Range(1, 1024));
+  resume_cmd->add_flag("--quiet", resume_quiet, "no progress line");
+  resume_cmd->callback([&] { code = resume(resume_folder, resume_threads, resume_quiet); });
+
+  std::vector<std::filesystem::path> check_files;
+  auto* check_cmd = cli.add_subcommand("check", "check input files and name every error with line and column");
+  check_cmd->add_option("files", check_files, "scenario, rig, soil, wheel, vehicle, ground, URDF or run file")->required();
+  check_cmd->callback([&] { code = check(check_files); });
+
+  std::string list_what, list_id;
+  bool list_yaml = false;
+  auto* list_cmd = cli.add_subcommand("list", "what there is: models, effects, soils, wheels, vehicles, grounds");
+  list_cmd->add_option("what", list_what, "models | effects | soils | wheels | vehicles | grounds")->required();
+  list_cmd->add_option("id", list_id, "one entry in full");
+  list_cmd->add_flag("--yaml", list_yaml, "annotated defaults of a model as YAML");
+  list_cmd->callback([&] { code = list(list_what, list_id, list_yaml); });
+
+  std::vector<std::filesystem::path> report_folders, compare_folders;
+  std::filesystem::path report_out, compare_out = "compare.html";
+  auto* report_cmd = cli.add_subcommand("report", "write the report of a finished or stopped run again");
+  report_cmd->add_option("folder", report_folders, "folder of a run or rig")->required()->expected(1);
+  report_cmd->add_option("-o,--out", report_out, "file (default report.html in the folder)");
+  report_cmd->callback([&] { code = report(report_folders, report_out); });
+
+  auto* compare_cmd = cli.add_subcommand("compare", "several runs in one report");
+  compare_cmd->add_option("folders", compare_folders, "folders of runs")->required()->expected(2, 16);
+  compare_cmd->add_option("-o,--out", compare_out, "file");
+  compare_cmd->callback([&] { code = report(compare_folders, compare_out); });
+
+  auto* doctor_cmd = cli.add_subcommand("doctor", "check this build and machine: libraries, files, every terrain model");
+  doctor_cmd->callback([&] { code = doctor(); });
+
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    const int parse_code = cli.exit(e);
+    return parse_code == 0 ? 0 : 2;
+  }
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return parse_and_run(argc, argv);
+  } catch (const grouser::ConfigError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return 2;
+  } catch (const grouser::ResultsError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return 2;
+  } catch (const grouser::vehicle::SimulationError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return 1;
+  } catch (const grouser::vehicle::RigError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return 1;
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "grouser: {}\n", e.what());
+    return 1;
+  }
+}

@@ -115,6 +115,7 @@ void Terrain::traverse(State& s) {
   s.field("energy/stored", energy_.stored);
   s.field("energy/dissipated", energy_.dissipated);
   s.field("energy/external", energy_.external);
+  s.field("energy/integration", energy_.integration);
   s.field("energy/gross", energy_.gross);
   for (std::size_t i = 0; i < effects_.size(); ++i) {
     double a = effects_[i].amplitude;

@@ -13,7 +13,7 @@ struct Checkpoint {
   std::string version;
   double time = 0;              ///< [s]
   std::uint64_t frames = 0;     ///< frames in run.h5 at that time
-  State state;
+  State state{};
 };
 
 void write_checkpoint(const std::filesystem::path& file, const Checkpoint& c);

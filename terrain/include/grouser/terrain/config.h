@@ -96,6 +96,12 @@ class ConfigNode {
   /// Note an error of the caller's own at this node (or at `key` inside it).
   void error(const std::string& message) const;
   void error_at(const std::string& key, const std::string& message) const;
+  /// Note an error in another file that this one refers to (a mesh, a table).
+  void report(Diagnostic d) const;
+  /// List a default that the file leaves open as an assumption.
+  void assume(const std::string& key, const std::string& value, const std::string& why) const;
+  /// Diagnostics of the document so far: skip a check that builds on values which were just refused.
+  std::size_t errors() const;
 
   std::string path() const;  ///< dotted path of this node, e.g. "bekker.shear"
   int line() const;
@@ -112,7 +118,8 @@ class ConfigNode {
 /// One YAML file with its diagnostics. Copies share them.
 class ConfigDocument {
  public:
-  /// Never throws for bad content: syntax errors and duplicate keys become diagnostics, and root() is then an absent node.
+  /// Never throws for bad content. A missing file or a syntax error becomes a diagnostic and root() is then an absent node;
+  /// a duplicate key becomes a diagnostic, and reading goes on with the first of the two so that all errors are found.
   static ConfigDocument from_file(const std::filesystem::path& path);
   static ConfigDocument from_text(std::string text, std::string name, std::filesystem::path base_directory = ".");
   ConfigNode root() const;
@@ -134,10 +141,13 @@ class ConfigDocument {
 /// Nearest of `known` to `word` when close enough to be a typo (Damerau-Levenshtein distance <= max(1, length/3)).
 std::optional<std::string> did_you_mean(std::string_view word, const std::vector<std::string>& known);
 
-/// Scale to SI and dimension of a unit expression. @throws std::invalid_argument with what is allowed.
+/// Scale to SI and dimension of a unit expression: names with SI prefixes, products with space or '*', '/' for the one factor
+/// after it, brackets, '^' with a number or with n: "N m s/rad", "kN/m^(n+1)", "N/(m s)". @throws std::invalid_argument with
+/// what is allowed.
 struct UnitScale {
   double scale = 1;
-  double m = 0, kg = 0, s = 0, rad = 0, A = 0;  ///< exponents; rad is compatible with 1
+  double m = 0, kg = 0, s = 0, rad = 0, A = 0;  ///< exponents
+  /// Same dimension. rad counts as 1 where mass is involved (N m/rad and N m), not in pure kinematics: rad/s is not Hz.
   bool compatible(const UnitScale& o) const;
 };
 UnitScale parse_unit(std::string_view unit, double n = 0);

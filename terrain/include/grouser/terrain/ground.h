@@ -1,5 +1,5 @@
 #pragma once
-// The undisturbed ground: a height over the plane. Shapes are built from YAML by ground_loader.h.
+// The undisturbed ground: a height over the plane. Shapes are built from YAML by loaders.h.
 #include <memory>
 #include <string>
 
@@ -11,7 +11,7 @@ namespace grouser {
 class Ground {
  public:
   virtual ~Ground() = default;
-  /// [m] at world (x, y) [m]. Defined everywhere inside extent(); outside it is continued as the shape's docstring says.
+  /// [m] at world (x, y) [m], finite. Each shape's header says what lies beyond its data; `outside: error` throws there.
   virtual double height(double x, double y) const = 0;
   /// Heights at n points along the line (x0 + i dx, y0 + i dy); override where a whole line is cheaper than n points.
   virtual void heights(double x0, double y0, double dx, double dy, int n, double* out) const {

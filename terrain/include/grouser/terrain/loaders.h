@@ -19,6 +19,8 @@ RunningGear load_running_gear_file(const std::filesystem::path& file);  ///< @th
 
 /// Ground: one shape map or a list of shapes whose heights add up; schema in examples/grounds/README.md.
 /// `seed` is the scenario's seed, used by random shapes that do not set their own.
+/// An absent node is level ground at z = 0. A shape {include: file.yaml} takes over the `ground:` of another file.
 GroundPtr load_ground(const ConfigNode& node, std::uint64_t seed);
+GroundPtr load_ground_file(const std::filesystem::path& file, std::uint64_t seed);  ///< `ground:`, `source:`. @throws ConfigError
 
 }  // namespace grouser

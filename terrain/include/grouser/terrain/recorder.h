@@ -34,6 +34,10 @@ struct ChannelSpec {
 };
 
 /// Writes frames. Every channel must be set in every frame (a channel left out keeps NaN).
+/// Frames are kept in memory and written in blocks of `flush_every`; a kill loses at most the block in memory. Call flush() before a
+/// checkpoint is written, so that the file holds the checkpoint's frames. A new file is called `<file>.part` until its first flush
+/// (first frame, flush() or close()). Wrong calls (sizes, names, channels after the first frame) throw std::logic_error.
+/// Cost per value (150 channels, two cores shared with ten other processes): 0.4 us at 50 frames per block, 0.2 us at 200.
 class Recorder {
  public:
   /// New file; an existing one is replaced.

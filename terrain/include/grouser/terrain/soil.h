@@ -24,7 +24,7 @@ struct ShearLaw {
   enum class Type { A, B, C } type = Type::A;
   double cohesion = 0;        ///< c [Pa] >= 0
   double friction_angle = 0;  ///< phi [rad] 0..pi/2
-  double K = 0;               ///< [m] > 0, type A and C
+  double K = 0;               ///< [m] > 0, type A
   double Kw = 0;              ///< [m] > 0, types B and C: displacement at the peak
   double Kr = 1;              ///< [-] 0..1, type C: residual over peak
 };

@@ -103,12 +103,13 @@ struct Cell {
 
 /// [J] since the start. Each entry comes from its own formula, none is a remainder:
 ///   work_on_bodies = sum of impulse . V_end;   stored = recoverable energy in the soil now (elastic, stick springs);
-///   dissipated = integral of the local stress power that is not recoverable;   external = work put in by switched effects that are not soil.
-/// It closes when |work_on_bodies + stored + dissipated - external| is small against the gross work.
+///   dissipated = integral of the local stress power that is not recoverable;   external = work put in by switched effects that are not soil;
+///   integration = what the end-of-step impulse makes of the elastic work: sum of dt (elastic force . V_end) - change of stored, O(dt).
+/// It closes when |work_on_bodies + stored + dissipated + integration - external| is small against the gross work.
 struct EnergyLedger {
-  double work_on_bodies = 0, stored = 0, dissipated = 0, external = 0;
+  double work_on_bodies = 0, stored = 0, dissipated = 0, external = 0, integration = 0;
   double gross = 0;  ///< [J] sum of |impulse . V_end|, the yardstick
-  double residual() const { return work_on_bodies + stored + dissipated - external; }
+  double residual() const { return work_on_bodies + stored + dissipated + integration - external; }
 };
 
 struct Capabilities {

@@ -1,0 +1,239 @@
+// Plots that share the cursor, the zoom and the time of the playback.
+import uPlot from 'uplot';
+import type { Clock } from './clock';
+import { css, el } from './text';
+
+export interface Line {
+  label: string;
+  x: ArrayLike<number>;
+  y: ArrayLike<number>;
+  colour: string;
+  dash?: number[];
+  /** Marks instead of a line. */
+  points?: boolean;
+  /** Half lengths of error bars. */
+  error?: ArrayLike<number>;
+  width?: number;
+}
+
+export interface ChartOptions {
+  title: string;
+  unit: string;
+  xLabel: string;
+  /** 'time': linked cursor and zoom; 'distance': time is shown through `timeToX`. */
+  axis: 'time' | 'other';
+  timeToX?: (t: number) => number;
+  xToTime?: (x: number) => number;
+  logarithmic?: boolean;
+  height?: number;
+  note?: string;
+  /** Room left and right of the outer points. */
+  margin?: boolean;
+}
+
+const sync = uPlot.sync('time');
+
+/** A colour, also one that the colour scheme gives: "var(--ink)". */
+const paint = (colour: string): string => (colour.startsWith('var(') ? css(colour.slice(4, -1)) : colour);
+
+function aligned(lines: Line[]): uPlot.AlignedData {
+  const first = lines[0].x;
+  if (lines.every((l) => l.x === first))
+    return [Array.from(first), ...lines.map((l) => Array.from(l.y, (v) => (Number.isFinite(v) ? v : null)))];
+  return uPlot.join(
+    lines.map((l) => [Array.from(l.x), Array.from(l.y, (v) => (Number.isFinite(v) ? v : null))]),
+    lines.map(() => [1, 1]),
+  );
+}
+
+/** Tick text: plain digits with a real minus; powers of ten on a logarithmic axis. */
+function tick(v: number | null): string {
+  if (v === null) return '';
+  const a = Math.abs(v);
+  if (a !== 0 && (a < 1e-3 || a >= 1e5)) {
+    const [m, e] = v.toExponential(0).split('e');
+    return m === '1' ? `1e${Number(e)}` : `${m}e${Number(e)}`;
+  }
+  return String(Number(v.toPrecision(6))).replace('-', '\u2212');
+}
+
+export class Charts {
+  private readonly all: Chart[] = [];
+
+  constructor(readonly clock: Clock | null) {
+    clock?.listen(() => this.all.forEach((c) => c.showTime()));
+  }
+
+  add(options: ChartOptions, lines: Line[]): HTMLElement {
+    const chart = new Chart(this, options, lines);
+    this.all.push(chart);
+    return chart.root;
+  }
+
+  /** Draw those that are not yet drawn; sizes are known only when the page holds them. */
+  mount(): void {
+    this.all.forEach((c) => c.mount());
+  }
+
+  /** Take every chart out of `host`. */
+  remove(host: HTMLElement): void {
+    for (const c of this.all.filter((k) => host.contains(k.root))) {
+      c.plot?.destroy();
+      c.root.remove();
+      this.all.splice(this.all.indexOf(c), 1);
+    }
+  }
+
+  restyle(): void {
+    this.all.forEach((c) => c.plot?.redraw(false, true));
+  }
+
+  zoomed(from: Chart, min: number, max: number): void {
+    for (const c of this.all) if (c !== from && c.options.axis === 'time') c.zoom(min, max);
+  }
+}
+
+export class Chart {
+  readonly root: HTMLElement;
+  plot?: uPlot;
+  private readonly host: HTMLElement;
+  private readonly marker = el('div', { class: 'marker', hidden: '' });
+  private zooming = false;
+
+  constructor(
+    private readonly charts: Charts,
+    readonly options: ChartOptions,
+    private readonly lines: Line[],
+  ) {
+    this.host = el('div', { class: 'plot' });
+    const unit = options.unit ? el('span', { class: 'unit' }, `[${options.unit}]`) : null;
+    this.root = el('figure', {}, el('figcaption', {}, options.title, ' ', unit), this.host);
+    if (options.note) this.root.append(el('p', { class: 'note' }, options.note));
+  }
+
+  mount(): void {
+    if (this.plot || !this.host.isConnected || this.lines.length === 0) return;
+    this.plot = this.create();
+    new ResizeObserver(() => {
+      const width = this.host.clientWidth;
+      if (this.plot && width > 0 && width !== this.plot.width) this.plot.setSize({ width, height: this.plot.height });
+      this.showTime();
+    }).observe(this.host);
+    this.showTime();
+  }
+
+  zoom(min: number, max: number): void {
+    if (!this.plot) return;
+    this.zooming = true;
+    this.plot.setScale('x', { min, max });
+    this.zooming = false;
+  }
+
+  showTime(): void {
+    const clock = this.charts.clock;
+    if (!clock || !this.plot) return;
+    const x = this.options.axis === 'time' ? clock.t : this.options.timeToX?.(clock.t);
+    if (x === undefined) return;
+    this.marker.hidden = false;
+    const left = this.plot.valToPos(x, 'x');
+    const inside = left >= 0 && left <= this.plot.over.clientWidth;
+    this.marker.style.display = inside ? '' : 'none';
+    this.marker.style.transform = `translateX(${left}px)`;
+  }
+
+  private create(): uPlot {
+    const o = this.options;
+    const ink = () => css('--ink-soft');
+    const grid = { stroke: () => css('--grid'), width: 1 };
+    const font = '12px system-ui, sans-serif';
+    const values = (_: uPlot, splits: (number | null)[]) => splits.map(tick);
+    const shown = (_: uPlot, v: number | null) => (v === null || v === undefined ? '' : tick(Number(v.toPrecision(4))));
+    const scale = o.logarithmic ? { distr: 3 as const } : {};
+    const plot: uPlot = new uPlot(
+      {
+        width: Math.max(200, this.host.clientWidth),
+        height: o.height ?? 230,
+        padding: [8, 14, 0, 0],
+        cursor: {
+          drag: { x: true, y: false },
+          focus: { prox: 24 },
+          ...(o.axis === 'time' ? { sync: { key: sync.key, scales: ['x', null] } } : {}),
+        },
+        focus: { alpha: 0.35 },
+        scales: { x: { time: false, ...scale, ...(o.margin ? { range: (_, lo, hi) => [lo - 0.04 * (hi - lo), hi + 0.04 * (hi - lo)] } : {}) }, y: scale },
+        axes: [
+          { stroke: ink, grid, ticks: grid, font, label: o.xLabel, labelFont: font, labelSize: 20, size: 34, values },
+          { stroke: ink, grid, ticks: grid, font, size: (_, v) => 18 + 7.5 * Math.max(2, ...(v ?? []).map((s) => s.length)), values },
+        ],
+        series: [
+          { label: o.xLabel, value: shown },
+          ...this.lines.map(
+            (l): uPlot.Series => ({
+              label: l.label,
+              stroke: () => paint(l.colour),
+              width: l.width ?? 1.25,
+              dash: l.dash,
+              spanGaps: true,
+              value: shown,
+              ...(l.points
+                ? { paths: () => null, points: { show: true, size: 8, fill: () => paint(l.colour) } }
+                : { points: { show: l.x.length <= 40, size: 6, fill: () => paint(l.colour) } }),
+            }),
+          ),
+        ],
+        hooks: {
+          draw: [(u) => this.drawErrors(u)],
+          setScale: [
+            (u, key) => {
+              if (key !== 'x') return;
+              this.showTime();
+              const { min, max } = u.scales.x;
+              if (!this.zooming && o.axis === 'time' && min != null && max != null) this.charts.zoomed(this, min, max);
+            },
+          ],
+        },
+      },
+      aligned(this.lines),
+      this.host,
+    );
+    plot.over.append(this.marker);
+    if (o.axis === 'time' || o.xToTime) {
+      let down = 0;
+      plot.over.addEventListener('mousedown', (e) => (down = e.clientX));
+      plot.over.addEventListener('click', (e) => {
+        // A drag zooms; only a click moves the time.
+        if (Math.abs(e.clientX - down) > 3) return;
+        const x = plot.posToVal(e.clientX - plot.over.getBoundingClientRect().left, 'x');
+        this.charts.clock?.seek(o.xToTime ? o.xToTime(x) : x);
+      });
+    }
+    return plot;
+  }
+
+  private drawErrors(u: uPlot): void {
+    const c = u.ctx;
+    c.save();
+    for (const [k, l] of this.lines.entries()) {
+      if (!l.error || u.series[k + 1].show === false) continue;
+      c.strokeStyle = paint(l.colour);
+      c.lineWidth = 1.2 * devicePixelRatio;
+      const half = 3.5 * devicePixelRatio;
+      c.beginPath();
+      for (let i = 0; i < l.x.length; ++i) {
+        const e = l.error[i];
+        if (!(e > 0) || !Number.isFinite(l.y[i])) continue;
+        const x = u.valToPos(l.x[i], 'x', true);
+        const lower = u.valToPos(l.y[i] - e, 'y', true);
+        const upper = u.valToPos(l.y[i] + e, 'y', true);
+        c.moveTo(x, lower);
+        c.lineTo(x, upper);
+        for (const y of [lower, upper]) {
+          c.moveTo(x - half, y);
+          c.lineTo(x + half, y);
+        }
+      }
+      c.stroke();
+    }
+    c.restore();
+  }
+}

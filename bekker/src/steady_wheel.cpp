@@ -1,0 +1,145 @@
+#include "steady_wheel.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace grouser::bekker {
+
+namespace {
+
+constexpr double kFull = 1e-9;  // floor of 1 - |u|/K: beyond it exp(-j/K) has underflown but within micrometres of the entry
+
+SoilLaw resolve(BekkerSoil soil, const WheelSize& size, const SteadyOptions& o) {
+  if (o.reference_width >= 0) soil.pressure.reference_width = o.reference_width;
+  return SoilLaw::of(soil, size.width, o.theta_m_law);
+}
+
+}  // namespace
+
+SteadyWheel::SteadyWheel(const BekkerSoil& soil, WheelSize size, double slip_radius, const SteadyOptions& options)
+    : size_(size), slip_radius_(slip_radius), soil_(resolve(soil, size, options)), options_(options), finder_(options.patch),
+      table_(size, soil_, options.quadrature.points) {}
+
+SteadyWheel::Blend SteadyWheel::blend(double theta_f, ShearState e, double pressure_factor) const {
+  Blend b;
+  b.by_e.setZero();
+  const auto add = [&](double share, double sign) {
+    const WheelForces f = steady_forces(size_, soil_, theta_f, {sign * e.t, e.l}, sign * state_.slip, options_.quadrature,
+                                        pressure_factor);
+    // Mirror x -> -x: Fx, My, Mz and the derivative's own e_t change sign.
+    const std::array<double, 6> w{f.Fx, f.Fy, f.Fz, f.Mx, f.My, f.Mz};
+    static constexpr std::array<bool, 6> odd{true, false, false, false, true, true};
+    for (int i = 0; i < 6; ++i) {
+      const double k = share * (odd[i] ? sign : 1.0);
+      b.W[i] += k * w[i];
+      b.by_e(i, 0) += k * sign * f.d_t[i];
+      b.by_e(i, 1) += k * f.d_l[i];
+    }
+    b.pressure_x += share * sign * f.pressure_x;
+    b.pressure_z += share * f.pressure_z;
+    b.capacity += share * f.capacity;
+    if (share >= 0.5) b.theta_r = f.range.theta_r;
+  };
+  const double d = state_.direction, forward = 0.5 * (1 + d), backward = 0.5 * (1 - d);
+  if (forward > 1e-12) add(forward, 1);  // d rounds short of 1; such a share is not worth an integral
+  if (backward > 1e-12) add(backward, -1);
+  return b;
+}
+
+void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const SteadyEffects& effects, double dt, BodyResult& result) {
+  const ContactPatch patch = finder_.find(m.pose, ground);
+  const State before = state_;
+  spent_ = integration_ = 0;
+  if (!patch.contact) {
+    clear_result(result);
+    integration_ = before.elastic;  // released within the step, past its last impulse
+    spent_ = before.stick;
+    state_ = {};
+    return;
+  }
+  const double r = size_.radius;
+  Mat3 P;  // patch axes
+  P << patch.forward_W, patch.lateral_W, patch.normal_W;
+  const Vec3 V = P.transpose() * m.V.at(patch.arm_W), w = P.transpose() * m.V.w;
+  const double roll = r * w.y();
+  const Vec2 slide(roll - V.x(), V.y() + r * w.x());
+
+  // States S2, S4, S5 over the step, exact for constant velocities.
+  const double length = r * patch.angle, sigma = options_.relaxation_length * length, K = soil_.shear_displacement();
+  const double speed = slide.norm(), rho = std::abs(roll) / sigma, rate = rho + speed / K;
+  const double x = rate * dt, keep = std::exp(-x), share = x > 1e-8 ? -std::expm1(-x) / x : 1.0;
+  state_.u = before.u * keep + slide * (share * dt);
+  const double q = std::min(state_.u.norm() / K, 1.0), free = std::max(1 - q, kFull);
+  const ShearState e{state_.u.x() / (sigma * free), state_.u.y() / (sigma * free)};
+  const double travel = std::exp(-std::abs(V.x()) * dt / length);
+  const double heading = V.x() < 0 ? -1.0 : 1.0;
+  state_.direction = heading + (before.direction - heading) * travel;
+  const double path = std::max(std::abs(roll), std::abs(V.x())), fade = std::exp(-path * dt / length);
+  if (path > 0) state_.slip = slide.x() / path + (before.slip - slide.x() / path) * fade;
+
+  // Wheel force in the patch (S1).
+  Vec6 V6;
+  V6 << m.V.v, m.V.w;
+  const double sink_rate = -patch.g.dot(V6);
+  const double chi = effects.vertical_damping, factor = std::max(0.0, 1 + chi * sink_rate);
+  const double lambda = patch.length_ratio;
+  const Blend b = blend(patch.angle, e, factor);
+  const auto to_world = [&](const Vec6& F) {
+    const Vec3 f = P * F.head<3>();
+    Vec6 W;
+    W << f, Vec3(P * F.tail<3>()) + patch.arm_W.cross(f);
+    return W;
+  };
+  const Vec6 wrench = lambda * to_world(b.W);
+
+  // Linearisation about the hub. Normal: Fz ~ h^(n + 1/2) on a cylinder.
+  const double stiffness = (soil_.n + 0.5) * b.W[2] / patch.sinkage;
+  Mat6 dx = -stiffness * patch.g * patch.g.transpose();
+  Mat6 dv = Mat6::Zero();
+  if (chi > 0 && factor > 0) dv -= chi * (b.pressure_z / factor) * patch.g * patch.g.transpose();
+  // Tangential: dW/de . de/du . du/d(slide): a spring in what the step adds to u, a damper in what rolling takes off again.
+  const Vec2 uh = state_.u.norm() > 0 ? Vec2(state_.u / state_.u.norm()) : Vec2(Vec2::Zero());
+  const Vec2 vh = speed > 0 ? Vec2(slide / speed) : Vec2(Vec2::Zero());
+  const Eigen::Matrix2d de_du = (Eigen::Matrix2d::Identity() + uh * uh.transpose() * (q / free)) / (sigma * free);
+  const Eigen::Matrix2d du_dv = share * (Eigen::Matrix2d::Identity() - (state_.u / K) * vh.transpose());
+  const Eigen::Matrix<double, 6, 2> W_u = b.by_e * de_du * du_dv;
+  const Vec3 contact = patch.arm_W - r * patch.normal_W;
+  Eigen::Matrix<double, 6, 2> row;  // slide = (-row0 . V, row1 . V)
+  row.col(0) << -patch.forward_W, -contact.cross(patch.forward_W);
+  row.col(1) << patch.lateral_W, contact.cross(patch.lateral_W);
+  const double stick = std::exp(-rho * dt);
+  for (int i = 0; i < 2; ++i) {
+    const Vec6 column = lambda * to_world(W_u.col(i));
+    if (row.col(i).dot(column) >= 0) continue;  // softening (types B and C past the peak) is left to the explicit part
+    const Mat6 term = column * row.col(i).transpose();
+    dx += stick * term;
+    dv += (dt * (1 - stick)) * term;
+  }
+
+  // Energy: power of the stresses over the arc; the recoverable part of the pressure and the stick are functions of the state.
+  const double power = lambda * (-(b.pressure_x * V.x() + b.pressure_z * V.z()) -
+                                 ((b.W[0] - b.pressure_x) * V.x() + b.W[1] * V.y() + (b.W[2] - b.pressure_z) * V.z() +
+                                  b.W.tail<3>().dot(w)));
+  const ElasticTable::Value elastic = table_.at(patch.sinkage);
+  const double recoverable = elastic.force * sink_rate * dt;
+  state_.elastic = elastic.energy;
+  state_.stick = 0.5 * K * lambda * b.capacity * q * q;
+  spent_ = power * dt - recoverable - (state_.stick - before.stick);
+  integration_ = recoverable - (state_.elastic - before.elastic);
+
+  fill_result(m, patch, {wrench.head<3>(), wrench.tail<3>()}, dx, dv, dt, result);
+  const Slip slip = grouser::slip_of(slip_radius_ * m.spin, V.x(), V.y());
+  result.report.slip = slip.slip;
+  result.report.slip_angle = slip.angle;
+  result.report.exit_angle = b.theta_r;
+  result.report.effect_share.clear();
+  if (effects.any()) {
+    const Vec6 without = lambda * to_world(blend(patch.angle, e, 1).W);
+    const Vec6 change = wrench - without;
+    const auto& C = m.carrier;
+    result.report.effect_share.emplace_back(change.head<3>().dot(C.col(0)), change.head<3>().dot(C.col(1)),
+                                            change.head<3>().dot(C.col(2)), -change.tail<3>().dot(C.col(1)));
+  }
+}
+
+}  // namespace grouser::bekker

@@ -1,0 +1,180 @@
+#include "grouser/terrain/contact_patch.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace grouser {
+
+namespace {
+
+/// Overlap of one disc with the ground below a polyline, in the wheel plane, hub at the origin.
+struct Overlap {
+  double area = 0;
+  double dx = 0, dw = 0;          ///< chord vector: sum over the pieces inside, left to right
+  double int_x = 0, int_w = 0;    ///< integrals of x dx and w dx over the pieces inside
+};
+
+/// Angle of a point of the circle from the bottom, positive to +x.
+double angle_of(double x, double w) { return std::atan2(x, -w); }
+
+/// Polyline (x0 + k d, w[k]) cut at the circle. Green's theorem: area = 1/2 sum of cross products + arcs.
+Overlap overlap(double r, double x0, double d, const double* w, int n) {
+  Overlap o;
+  const double r2 = r * r;
+  double cross = 0, arcs = 0;
+  bool over_top = false;
+  double xa = x0, wa = w[0], da = xa * xa + wa * wa - r2;
+  for (int k = 1; k < n; ++k) {
+    const double xb = x0 + k * d, wb = w[k], db = xb * xb + wb * wb - r2;
+    const double dw = wb - wa;
+    if (xa <= 0 && xb > 0 && wa - xa / d * dw > r) over_top = true;
+    double s0 = 0, s1 = 1;
+    bool inside = true;
+    if (da >= 0 || db >= 0) {
+      // Cut |a + s (b - a)|^2 = r^2, in the stable form of the quadratic.
+      const double A = d * d + dw * dw, B = xa * d + wa * dw, D = B * B - A * da;
+      inside = D > 0;
+      if (inside) {
+        const double q = -(B + std::copysign(std::sqrt(D), B));
+        double sa = q / A, sb = q != 0 ? da / q : 0;
+        if (sa > sb) std::swap(sa, sb);
+        if (da >= 0) s0 = sa;
+        if (db >= 0) s1 = sb;
+        inside = s0 < s1 && s1 > 0 && s0 < 1;
+        s0 = std::max(s0, 0.0);
+        s1 = std::min(s1, 1.0);
+      }
+    }
+    if (inside) {
+      const double x1 = xa + s0 * d, w1 = wa + s0 * dw, x2 = xa + s1 * d, w2 = wa + s1 * dw;
+      cross += x2 * w1 - x1 * w2;
+      if (da >= 0) arcs -= angle_of(x1, w1);  // enters from the left
+      if (db >= 0) arcs += angle_of(x2, w2);
+      o.dx += x2 - x1;
+      o.dw += w2 - w1;
+      o.int_x += 0.5 * (x2 - x1) * (x1 + x2);
+      o.int_w += 0.5 * (x2 - x1) * (w1 + w2);
+    }
+    xa = xb;
+    wa = wb;
+    da = db;
+  }
+  if (over_top) arcs += 2 * pi;
+  o.area = std::max(0.0, 0.5 * (cross + r2 * arcs));
+  return o;
+}
+
+}  // namespace
+
+double segment_angle(double q) {
+  if (q <= 0) return 0;
+  if (q >= pi) return pi;
+  // a - sin a cos a = 2/3 a^3 (1 - a^2/5 + ...): invert the series, mirror the upper half, then Newton.
+  const bool mirrored = q > pi / 2;
+  const double p = mirrored ? pi - q : q;
+  const double t = std::cbrt(1.5 * p);
+  double a = t * (1 + t * t / 15);
+  for (int i = 0; i < 6; ++i) {
+    double f;
+    if (a < 0.1) {
+      const double b = a * a;  // series: the difference below would cancel
+      f = a * b * (2.0 / 3 - b * (2.0 / 15 - b * (4.0 / 315 - b * (2.0 / 2835 - b * 4.0 / 155925)))) - p;
+    } else {
+      f = a - std::sin(a) * std::cos(a) - p;
+    }
+    const double s = std::sin(a), step = f / (2 * s * s);
+    a -= step;
+    if (std::abs(step) < 1e-9 * a) break;  // quadratic: the next step is below rounding
+  }
+  return mirrored ? pi - a : a;
+}
+
+ContactPatch PatchFinder::find(const WheelPose& wheel, const Ground& ground) {
+  ContactPatch patch;
+  const double r = wheel.radius;
+  const Mat3 C = carrier_axes(wheel.axis_W);
+  const Vec3 x_C = C.col(0), y_C = C.col(1), z_C = C.col(2);
+  const Vec3 side = Vec3::UnitZ().cross(x_C);  // horizontal, left
+  const int strips = options_.strips;
+
+  // Samples at multiples of the spacing along x_C, so that they stay where they are in the world while the wheel moves.
+  const double spacing = std::max(r / options_.samples_per_radius, std::min(ground.resolution(), 0.5 * r));
+  const double along = wheel.hub_W.dot(x_C);
+  const double first = std::floor((along - r) / spacing);
+  const int n = static_cast<int>(std::ceil((along + r) / spacing) - first) + 1;
+  const double x0 = first * spacing - along;
+  if (heights_.size() < static_cast<std::size_t>(n) * strips) heights_.resize(static_cast<std::size_t>(n) * strips);
+
+  double top = -INFINITY, lowest = INFINITY;
+  const auto offset = [&](int i) { return wheel.width * ((i + 0.5) / strips - 0.5); };
+  for (int i = 0; i < strips; ++i) {
+    const Vec3 base = wheel.hub_W + offset(i) * y_C - r * z_C;
+    double* h = heights_.data() + static_cast<std::size_t>(i) * n;
+    ground.heights(base.x() + x0 * x_C.x(), base.y() + x0 * x_C.y(), spacing * x_C.x(), spacing * x_C.y(), n, h);
+    lowest = std::min(lowest, base.z());
+    for (int k = 0; k < n; ++k) top = std::max(top, h[k]);
+  }
+  // The lowest point of a disc of any camber is r z_C.z below its centre, so ground below it cannot touch.
+  if (!(top > lowest)) return patch;
+
+  // Lateral slope of the ground: weighted mean over the patch, weights smooth and zero at the rim, so it is continuous.
+  double slope = 0;
+  if (strips > 1) {
+    double sum = 0, weight = 0;
+    const double* a = heights_.data();
+    const double* b = heights_.data() + static_cast<std::size_t>(strips - 1) * n;
+    for (int k = 0; k < n; ++k) {
+      const double u = (x0 + k * spacing) / r, q = std::max(0.0, 1 - u * u);
+      sum += q * q * (b[k] - a[k]);
+      weight += q * q;
+    }
+    slope = sum / (weight * (offset(strips - 1) - offset(0)) * y_C.dot(side));
+  } else {
+    const Vec3 base = wheel.hub_W - r * z_C;
+    const Vec3 normal = ground.normal(base.x(), base.y());
+    slope = -normal.dot(side) / normal.z();
+  }
+  const double denominator = z_C.z() - slope * z_C.dot(side);  // grad S . z_C
+  const double q = (y_C.z() - slope * y_C.dot(side)) / denominator;
+
+  double area = 0, centre_x = 0, centre_w = 0, centre_y = 0, length = 0;
+  Vec3 c = Vec3::Zero(), m = Vec3::Zero();
+  for (int i = 0; i < strips; ++i) {
+    double* w = heights_.data() + static_cast<std::size_t>(i) * n;
+    const double y = offset(i), hub_z = wheel.hub_W.z() + y * y_C.z();
+    // In-plane height from the sample below the disc's lowest point, along the plane z_C.
+    for (int k = 0; k < n; ++k) w[k] = (w[k] + slope * r * z_C.dot(side) - hub_z) / denominator;
+    const Overlap o = overlap(r, x0, spacing, w, n);
+    if (!(o.dx > 0) && !(o.area > 0)) continue;
+    area += o.area;
+    const Vec3 ci = -o.dw * x_C + o.dx * q * y_C + o.dx * z_C;
+    c += ci;
+    m += y * y_C.cross(ci) + q * (o.int_x * z_C - o.int_w * x_C);
+    centre_x += o.int_x;
+    centre_w += o.int_w;
+    centre_y += y * o.dx;
+    length += o.dx;
+  }
+  const double size = c.norm();
+  if (!(area > 0) || !(size > 0) || !(length > 0)) return patch;
+  area /= strips;
+
+  patch.contact = true;
+  patch.area = area;
+  patch.angle = segment_angle(area / (r * r));
+  const double half = std::sin(0.5 * patch.angle);
+  patch.sinkage = 2 * r * half * half;
+  patch.chord = 2 * r * std::sin(patch.angle);
+  const double scale = 1 / (strips * patch.chord);
+  patch.length_ratio = size * scale;
+  patch.g.head<3>() = c * scale;
+  patch.g.tail<3>() = m * scale;
+  patch.normal_W = c / size;
+  patch.forward_W = y_C.cross(patch.normal_W).normalized();
+  patch.lateral_W = patch.normal_W.cross(patch.forward_W);
+  patch.arm_W = patch.normal_W.cross(m) / size;
+  patch.point_W = wheel.hub_W + (centre_x * x_C + centre_y * y_C + centre_w * z_C) / length;
+  return patch;
+}
+
+}  // namespace grouser

@@ -1,0 +1,83 @@
+#include "grouser/terrain/terrain_loader.h"
+
+#include <stdexcept>
+
+#include "grouser/terrain/loaders.h"
+
+namespace grouser {
+
+namespace {
+std::vector<std::string> ids_of(const Registry& registry) {
+  std::vector<std::string> ids;
+  for (const ModelInfo& m : registry.models()) ids.push_back(m.id);
+  return ids;
+}
+
+/// The section of one model inside a map keyed by model id. Keys of other registered models are accepted.
+ConfigNode section_of(const Registry& registry, const ConfigNode& parent, const std::string& key, const std::string& model) {
+  const ConfigNode by_model = parent.optional_map(key);
+  if (!by_model.present()) return {};
+  for (const std::string& id : by_model.keys())
+    if (registry.has(id)) by_model.node(id);
+  by_model.finish();
+  return by_model.optional_map(model);
+}
+
+/// Amplitudes by effect id, each in the effect's own unit and bounds.
+void set_effects(Terrain& terrain, const ConfigNode& node) {
+  if (!node.present()) return;
+  const std::vector<Effect> declared = terrain.effects();
+  for (const Effect& e : declared)
+    if (const auto a = node.optional_quantity(e.id, e.unit, Range::between(e.lower, e.upper)))
+      if (*a >= e.lower && *a <= e.upper) terrain.set_effect(e.id, *a);
+  if (declared.empty() && !node.keys().empty()) node.error(terrain.id() + " has no effects");
+  node.finish();
+}
+}  // namespace
+
+std::unique_ptr<Terrain> make_terrain(const Registry& registry, const TerrainNodes& nodes, GroundPtr ground, double gravity,
+                                      const ConfigDocument* document) {
+  const std::filesystem::path file = nodes.owner.existing_file("soil");
+  if (file.empty() || !registry.has(nodes.model) || !ground) return nullptr;
+  Soil soil;
+  if (document) {
+    const ConfigDocument soil_document = ConfigDocument::from_file(file);
+    soil = load_soil(soil_document.root());
+    document->absorb(soil_document);
+    if (!soil_document.diagnostics().empty()) return nullptr;
+  } else {
+    soil = load_soil_file(file);
+  }
+  try {
+    auto terrain = registry.get(nodes.model).make({soil, std::move(ground), nodes.options, gravity});
+    set_effects(*terrain, nodes.effects);
+    return terrain;
+  } catch (const std::invalid_argument& e) {  // the soil lacks what the model needs
+    nodes.owner.error_at("soil", file.string() + ": " + e.what());
+    return nullptr;
+  }
+}
+
+std::unique_ptr<Terrain> make_terrain(const Registry& registry, const ConfigNode& terrain_map, GroundPtr ground, double gravity,
+                                      std::optional<std::string> model_override, const ConfigDocument* document) {
+  const std::vector<std::string> ids = ids_of(registry);
+  std::string model = terrain_map.choice("model", ids);
+  if (model_override) {
+    if (!registry.has(*model_override)) {
+      try {
+        registry.get(*model_override);
+      } catch (const std::out_of_range& e) {
+        throw ConfigError("--terrain", 0, 0, e.what());
+      }
+    }
+    model = *model_override;
+  }
+  TerrainNodes nodes{model, terrain_map, {}, {}};
+  nodes.options = section_of(registry, terrain_map, "options", model);
+  nodes.effects = section_of(registry, terrain_map, "effects", model);
+  auto terrain = make_terrain(registry, nodes, std::move(ground), gravity, document);
+  terrain_map.finish();
+  return terrain;
+}
+
+}  // namespace grouser

@@ -1,0 +1,75 @@
+#pragma once
+// Scenario files and run folders in a temporary place.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "grouser/models.h"
+#include "grouser/terrain/recorder.h"
+#include "grouser/vehicle/simulation.h"
+
+namespace grouser::vehicle::test {
+
+namespace fs = std::filesystem;
+
+inline const fs::path examples = fs::path(GROUSER_SOURCE_DIR) / "examples";
+
+/// Folder that goes away with the test.
+class Folder {
+ public:
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "grouser-XXXXXX").string();
+    path_ = mkdtemp(name.data());
+  }
+  ~Folder() {
+    std::error_code e;
+    fs::remove_all(path_, e);
+  }
+  Folder(const Folder&) = delete;
+  const fs::path& path() const { return path_; }
+  fs::path write(const std::string& name, const std::string& text) const {
+    std::ofstream(path_ / name) << text;
+    return path_ / name;
+  }
+
+ private:
+  fs::path path_;
+};
+
+inline std::string read(const fs::path& f) {
+  std::ifstream in(f);
+  std::stringstream s;
+  s << in.rdbuf();
+  return s.str();
+}
+
+inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << "no '" << from << "' in the text";
+  if (at != std::string::npos) text.replace(at, from.size(), to);
+  return text;
+}
+
+/// A shipped scenario whose relative names work from anywhere.
+inline std::string shipped(const std::string& name) {
+  std::string text = read(examples / "02_robot_rough_ground" / name);
+  for (std::size_t at = 0; (at = text.find("../", at)) != std::string::npos;) text.replace(at, 3, examples.string() + "/");
+  return text;
+}
+
+inline RunSummary run(const fs::path& scenario, const fs::path& out, const std::string& terrain, double duration, int threads = 1) {
+  RunOptions o;
+  o.out = out;
+  o.terrain = terrain;
+  o.threads = threads;
+  if (duration > 0) o.duration = duration;
+  return run_scenario(scenario, all_models(), o);
+}
+
+inline double last(const RunFile& f, const std::string& channel) { return f.read(channel).back(); }
+
+}  // namespace grouser::vehicle::test

@@ -1,0 +1,59 @@
+#pragma once
+// Runs a scenario: trims and settles the vehicle, steps Bullet and the terrain, records run.h5, writes checkpoints, resumes.
+//
+// Run folder: run.h5, run.xdmf, checkpoint.h5 and inputs/ (copies of every file the scenario is made of; the run reads these, so that a
+// resumed run sees the same input whatever happened to the originals).
+//
+// Same bits: at every checkpoint the Bullet world, the terrain and the driver are built anew from the saved state, in the run that
+// saves as in the run that resumes. Bullet's hidden state (solver seeds, caches) thus never matters, and an uninterrupted run, a
+// killed and resumed one and any number of threads end in the same state hash.
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "grouser/terrain/registry.h"
+
+namespace grouser::vehicle {
+
+/// Not a number, runaway energy, a lost wheel, or the terrain gave up: names time, body, reason and the last good checkpoint.
+/// What was recorded is kept; the attribute `status` of run.h5 says "stopped: ...".
+struct SimulationError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct Progress {
+  double time = 0, duration = 0;  ///< [s] simulated
+  double wall_s = 0;              ///< [s]
+};
+
+struct RunOptions {
+  std::filesystem::path out;           ///< folder, made when it is not there
+  int threads = 1;
+  std::optional<std::string> terrain;  ///< replaces the scenario's terrain.model
+  std::optional<double> duration;      ///< [s] replaces the scenario's
+  std::function<void(const Progress&)> progress;  ///< called about ten times per second
+};
+
+struct RunSummary {
+  std::filesystem::path folder;
+  double simulated_s = 0, wall_s = 0, bullet_s = 0, terrain_s = 0, output_s = 0;
+  std::string end_state_hash;
+  double energy_residual_ratio = 0;  ///< [-] |what does not close| over the gross work of motors and soil
+  double joint_drift_m = 0;          ///< [m] largest of the run
+  double total_mass = 0;             ///< [kg]
+};
+
+/// @throws ConfigError (input), ResultsError (folder cannot be written), SimulationError.
+RunSummary run_scenario(const std::filesystem::path& yaml, const Registry& registry, const RunOptions& options);
+
+/// Continue a run that was killed or stopped, from its last checkpoint. Frames after it are cut off and computed again.
+/// @throws ResultsError: no run there, damaged, or the checkpoint belongs to another scenario; SimulationError.
+RunSummary resume_run(const std::filesystem::path& folder, const Registry& registry, int threads,
+                      const std::function<void(const Progress&)>& progress = {});
+
+/// Everything that run_scenario checks before it starts. @throws ConfigError
+void check_scenario(const std::filesystem::path& yaml, const Registry& registry);
+
+}  // namespace grouser::vehicle

@@ -1,0 +1,114 @@
+#include "grouser/vehicle/scenario.h"
+
+#include <cmath>
+
+#include "grouser/terrain/loaders.h"
+#include "grouser/terrain/terrain_loader.h"
+#include "grouser/vehicle/vehicle_loader.h"
+
+namespace grouser::vehicle {
+
+namespace {
+
+/// `time` as a whole number of steps; an error at `key` when it is not one.
+long whole_steps(const ConfigNode& n, const char* key, double time, double dt, const char* hint) {
+  const double steps = time / dt;
+  const long whole = std::lround(steps);
+  if (whole < 1 || std::abs(steps - static_cast<double>(whole)) > 1e-6 * static_cast<double>(whole))
+    n.error_at(key, std::string("'") + key + "' must be a whole number of time steps; " + hint);
+  return whole;
+}
+
+}  // namespace
+
+std::unique_ptr<Terrain> Scenario::make_terrain() const {
+  return grouser::make_terrain(*registry, document.root().map("terrain"), ground, gravity, overrides.terrain);
+}
+
+std::unique_ptr<Driver> Scenario::make_driver() const {
+  return vehicle::make_driver(document.root().map("driver"), vehicle, start);
+}
+
+long Scenario::steps() const { return std::lround(duration / time_step); }
+long Scenario::steps_per_frame() const { return std::max(1L, std::lround(1.0 / (output_rate * time_step))); }
+long Scenario::steps_per_checkpoint() const { return std::max(1L, std::lround(checkpoint_every / time_step)); }
+
+Scenario load_scenario(const std::filesystem::path& file, const Registry& registry, const ScenarioOverrides& overrides) {
+  Scenario s;
+  s.file = file;
+  s.registry = &registry;
+  s.overrides = overrides;
+  s.document = ConfigDocument::from_file(file);
+  s.document.check();  // a file that cannot be parsed has no nodes to go on with
+  const ConfigNode root = s.document.root();
+  InputLog log;
+
+  s.title = root.text("scenario");
+  root.text_or("description", "");
+  s.gravity = root.quantity_or("gravity", 9.81, "m/s^2", Range::positive());
+  s.seed = root.integer_or("seed", 1, 0, 1L << 53);
+  s.time_step = root.quantity_or("time_step", 1e-3, "s", {0.0, 0.02, true, false});
+  s.duration = overrides.duration ? (root.quantity("duration", "s", Range::positive()), *overrides.duration)
+                                  : root.quantity("duration", "s", Range::positive());
+  if (overrides.duration && !(*overrides.duration > 0 && std::isfinite(*overrides.duration)))
+    log.error("--duration", 0, 0, "must be positive and finite [s]");
+  const ConfigNode output = root.optional_map("output");
+  s.output_rate = output.quantity_or("rate", 200.0, "1/s", Range::positive());
+  s.checkpoint_every = output.quantity_or("checkpoint_every", 1.0, "s", Range::positive());
+  if (output.present()) {
+    const bool readable = s.document.diagnostics().empty();  // else a wrong time step would be blamed on these too
+    if (readable && output.has("rate")) whole_steps(output, "rate", 1.0 / s.output_rate, s.time_step, "1/rate must be a multiple of time_step");
+    if (readable && output.has("checkpoint_every"))
+      whole_steps(output, "checkpoint_every", s.checkpoint_every, s.time_step, "give a multiple of time_step");
+    output.finish();
+  }
+
+  const std::filesystem::path vehicle_file = root.existing_file("vehicle");
+  const bool vehicle_named = !vehicle_file.empty();
+  const std::size_t errors_before = log.errors.size();
+  if (vehicle_named) s.vehicle = load_vehicle(vehicle_file, root, log);
+  const bool vehicle_good = vehicle_named && log.errors.size() == errors_before;
+
+  const ConfigNode ground = root.node("ground");
+  s.ground = ground.present() ? load_ground(ground, static_cast<std::uint64_t>(s.seed)) : flat_ground();
+  if (!s.ground) s.ground = flat_ground();
+
+  const ConfigNode start = root.optional_map("start");
+  const double x = start.quantity_or("x", 0.0, "m"), y = start.quantity_or("y", 0.0, "m");
+  const double yaw = start.quantity_or("yaw", 0.0, "rad");
+  s.settle = start.quantity_or("settle", 2.0, "s", Range::non_negative());
+  if (start.present()) start.finish();
+  s.start.q = Quat(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
+  s.start.p = Vec3(x, y, 0);
+
+  const ConfigNode terrain = root.map("terrain");
+  std::unique_ptr<Terrain> trial;
+  if (terrain.present()) {
+    s.model = overrides.terrain.value_or(terrain.text("model"));
+    try {
+      trial = grouser::make_terrain(registry, terrain, s.ground, s.gravity, overrides.terrain, &s.document);
+    } catch (const ConfigError& e) {
+      log.errors.insert(log.errors.end(), e.diagnostics().begin(), e.diagnostics().end());
+    }
+  }
+  // The driver's waypoints and wheel names make sense only for a vehicle that could be read.
+  const ConfigNode driver = root.map("driver");
+  if (vehicle_good) vehicle::make_driver(driver, s.vehicle, s.start);
+  root.finish();
+
+  log.take(s.document);
+  log.check();
+  s.assumptions = log.assumptions;
+  // Does the model carry these wheels? Asked here, so that `check` finds it.
+  for (const WheelSpec& w : s.vehicle.wheels) {
+    try {
+      trial->add_body({w.name, w.gear, {}});
+    } catch (const TerrainError& e) {
+      throw ConfigError(terrain.file(), terrain.line(), terrain.column(), e.what());
+    }
+  }
+  s.start.p.z() = s.ground->height(x, y);
+  return s;
+}
+
+}  // namespace grouser::vehicle

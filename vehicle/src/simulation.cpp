@@ -1,0 +1,330 @@
+#include "grouser/vehicle/simulation.h"
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "grouser/terrain/checkpoint.h"
+#include "grouser/vehicle/scenario.h"
+#include "run_record.h"
+
+namespace grouser::vehicle {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
+
+std::string seconds(double t) {
+  char buf[32];
+  std::snprintf(buf, sizeof buf, "%.6f s", t);
+  return buf;
+}
+
+class Run {
+ public:
+  Run(Scenario s, std::string text, fs::path folder, int threads, std::function<void(const Progress&)> progress)
+      : scenario_(std::move(s)), text_(std::move(text)), folder_(std::move(folder)), threads_(threads), progress_(std::move(progress)) {}
+
+  RunSummary fresh() {
+    build();
+    record_.emplace(RunRecord::create(folder_ / "run.h5", scenario_, text_, *driver_));
+    if (const TrimResult r = world_->trim(scenario_.start); !r.ok) record_->recorder().set_attribute("trim", r.why);
+    settle();
+    checkpoint();
+    terrain_s_ = 0;  // settling is not part of the run's time
+    return loop();
+  }
+
+  RunSummary resume(const Checkpoint& c) {
+    build();
+    record_.emplace(RunRecord::resume(folder_ / "run.h5", scenario_, c.frames));
+    State state = c.state;
+    load(state);
+    last_checkpoint_ = c.time;
+    return loop();
+  }
+
+ private:
+  void build() {
+    std::shared_ptr<Terrain> terrain = scenario_.make_terrain();
+    terrain->set_threads(threads_);
+    WorldOptions o;
+    o.gravity = scenario_.gravity;
+    // The clock of the terrain that goes away is kept.
+    if (world_) terrain_s_ += world_->terrain_seconds();
+    world_.reset();
+    world_ = std::make_unique<VehicleWorld>(scenario_.vehicle, std::move(terrain), o);
+    driver_ = scenario_.make_driver();
+    command_.wheels.assign(scenario_.vehicle.wheels.size(), {});
+    command_.steer.assign(scenario_.vehicle.steering.size(), 0.0);
+  }
+
+  void traverse(State& s) {
+    totals_.traverse(s);
+    {
+      auto g = s.group("driver");
+      driver_->traverse(s);
+    }
+    auto g = s.group("vehicle");
+    world_->traverse(s);
+  }
+  void load(State& state) {
+    state.rewind(State::Mode::load);
+    traverse(state);
+    state.finish();
+  }
+  double time() const { return static_cast<double>(totals_.step) * scenario_.time_step; }
+
+  /// Stand still until the suspension has come to rest, then count from there.
+  void settle() {
+    const long n = std::lround(scenario_.settle / scenario_.time_step);
+    for (long i = 0; i < n; ++i) {
+      driver_->command(-1.0, scenario_.time_step, view_of(*world_), command_);
+      guarded_step(-scenario_.settle + static_cast<double>(i) * scenario_.time_step);
+    }
+    world_->reset_energy();
+    totals_.soil_0 = world_->terrain().energy();
+    record_->frame(0.0, 1.0, *world_, world_->terrain().energy(), totals_);
+  }
+
+  void guarded_step(double t) {
+    try {
+      world_->step(scenario_.time_step, command_);
+    } catch (const TerrainError& e) {
+      stop(t, first_bad_body(), e.what());
+    } catch (const ConfigError&) {
+      throw;
+    } catch (const std::runtime_error& e) {
+      stop(t, first_bad_body(), e.what());
+    }
+    check(t + scenario_.time_step);
+  }
+
+  std::string first_bad_body() const {
+    const int i = world_->first_not_finite();
+    return i >= 0 ? scenario_.vehicle.links[i].name : "vehicle";
+  }
+
+  void check(double t) {
+    if (const int i = world_->first_not_finite(); i >= 0)
+      stop(t, scenario_.vehicle.links[i].name, "position or velocity is not a number");
+    const VehicleSpec& v = scenario_.vehicle;
+    for (std::size_t i = 0; i < v.links.size(); ++i)
+      if (const double speed = world_->twist(static_cast<int>(i)).v.norm(); speed > fastest)
+        stop(t, v.links[i].name, "runaway energy: speed is " + std::to_string(speed) + " m/s (limit 100 m/s)");
+    for (const WheelSpec& w : v.wheels) {
+      const Vec3 p = world_->pose(w.link).p;
+      double ground = 0;
+      try {
+        ground = scenario_.ground->height(p.x(), p.y());
+      } catch (const std::exception& e) {
+        stop(t, w.name, std::string("lost wheel: off the map: ") + e.what());
+      }
+      const double r = w.gear.outer_radius(), height = p.z() - ground;
+      char text[160];
+      if (height < -2 * r) {
+        std::snprintf(text, sizeof text, "lost wheel: its centre is %.3f m below the undisturbed ground (radius %.3f m)", -height, r);
+        stop(t, w.name, text);
+      }
+      if (height > r + lost_height) {
+        std::snprintf(text, sizeof text, "lost wheel: its centre is %.3f m above the ground", height);
+        stop(t, w.name, text);
+      }
+    }
+    // More mechanical energy than the motors and a tenth of a metre of height can have given.
+    const VehicleEnergy& e = world_->energy();
+    if (t > 0) {
+      const double gain = e.kinetic - e.kinetic_0 + e.potential + e.spring - e.spring_0;
+      if (gain > 2 * e.motor_gross + v.total_mass() * (0.1 * scenario_.gravity + 0.5))
+        stop(t, "vehicle", "runaway energy: the vehicle has " + std::to_string(gain) + " J more than at the start, the motors gave " +
+                               std::to_string(e.motor) + " J");
+    }
+  }
+
+  [[noreturn]] void stop(double t, const std::string& body, const std::string& why) {
+    const std::string message = "stopped at t = " + seconds(t) + ", body '" + body + "': " + why + "; last good checkpoint: " +
+                                (last_checkpoint_ >= 0 ? "t = " + seconds(last_checkpoint_) : std::string("none"));
+    if (record_) {
+      record_->recorder().set_attribute("status", "stopped: " + message);
+      record_->recorder().set_attribute("simulated_s", time());
+      record_->recorder().close();
+      record_.reset();
+      write_xdmf(folder_ / "run.h5", folder_ / "run.xdmf");
+    }
+    throw SimulationError(message);
+  }
+
+  /// Save, then build everything anew from what was saved, as a resumed run does.
+  void checkpoint() {
+    const auto begin = Clock::now();
+    Checkpoint c;
+    c.scenario = text_;
+    c.version = GROUSER_VERSION;
+    c.time = time();
+    record_->recorder().flush();
+    c.frames = record_->recorder().frames();
+    traverse(c.state);
+    write_checkpoint(folder_ / "checkpoint.h5", c);
+    build();
+    load(c.state);
+    last_checkpoint_ = c.time;
+    output_s_ += since(begin);
+  }
+
+  RunSummary loop() {
+    const auto begin = Clock::now();
+    auto last_progress = begin;
+    const long end = scenario_.steps(), per_frame = scenario_.steps_per_frame(), per_checkpoint = scenario_.steps_per_checkpoint();
+    const std::int64_t first_step = totals_.step;
+    const double dt = scenario_.time_step;
+    double step_s = 0;
+    while (totals_.step < end) {
+      const auto step_begin = Clock::now();
+      const VehicleView view = view_of(*world_);
+      driver_->command(time(), dt, view, command_);
+      guarded_step(time());
+      ++totals_.step;
+      const Vec3 velocity = world_->twist(0).v;
+      totals_.distance += dt * std::hypot(velocity.x(), velocity.y());
+      step_s += since(step_begin);
+      if (totals_.step % per_frame == 0) {
+        const auto frame_begin = Clock::now();
+        totals_.drift = std::max(totals_.drift, world_->joint_drift());
+        record_->frame(time(), static_cast<double>(per_frame) * dt, *world_, world_->terrain().energy(), totals_);
+        output_s_ += since(frame_begin);
+        if (progress_ && since(last_progress) > 0.1) {
+          last_progress = Clock::now();
+          progress_({time(), scenario_.duration, since(begin)});
+        }
+      }
+      if (totals_.step % per_checkpoint == 0 && totals_.step < end) checkpoint();
+    }
+    totals_.drift = std::max(totals_.drift, world_->joint_drift());
+
+    RunSummary r;
+    r.folder = folder_;
+    r.simulated_s = static_cast<double>(totals_.step - first_step) * dt;
+    r.terrain_s = terrain_s_ + world_->terrain_seconds();
+    r.bullet_s = std::max(0.0, step_s - r.terrain_s);
+    State state;
+    traverse(state);
+    r.end_state_hash = state.hash_text();
+    const VehicleEnergy& e = world_->energy();
+    r.energy_residual_ratio = std::abs(total_residual(e, world_->terrain().energy(), totals_.soil_0)) / std::max(e.gross, 1e-12);
+    r.joint_drift_m = totals_.drift;
+    r.total_mass = scenario_.vehicle.total_mass();
+    // The last state is a checkpoint too: a longer run may go on from it.
+    Checkpoint c;
+    c.scenario = text_;
+    c.version = GROUSER_VERSION;
+    c.time = time();
+    record_->recorder().flush();
+    c.frames = record_->recorder().frames();
+    c.state = state;
+    write_checkpoint(folder_ / "checkpoint.h5", c);
+    Recorder& rec = record_->recorder();
+    rec.set_attribute("end_state_hash", r.end_state_hash);
+    rec.set_attribute("status", "finished");
+    rec.set_attribute("simulated_s", time());
+    rec.set_attribute("energy_residual_ratio", r.energy_residual_ratio);
+    rec.set_attribute("joint_drift_max", r.joint_drift_m);
+    const auto closing = Clock::now();
+    rec.flush();
+    r.output_s = output_s_ + since(closing);
+    r.wall_s = since(begin);
+    rec.set_attribute("timing.bullet_s", r.bullet_s);
+    rec.set_attribute("timing.terrain_s", r.terrain_s);
+    rec.set_attribute("timing.output_s", r.output_s);
+    rec.set_attribute("timing.wall_s", r.wall_s);
+    rec.set_attribute("timing.simulated_s", r.simulated_s);
+    rec.close();
+    record_.reset();
+    write_xdmf(folder_ / "run.h5", folder_ / "run.xdmf");
+    if (progress_) progress_({time(), scenario_.duration, since(begin)});
+    return r;
+  }
+
+  static constexpr double fastest = 100;     // [m/s]
+  static constexpr double lost_height = 5;   // [m]
+
+  Scenario scenario_;
+  std::string text_;
+  fs::path folder_;
+  int threads_;
+  std::function<void(const Progress&)> progress_;
+  std::unique_ptr<VehicleWorld> world_;
+  std::unique_ptr<Driver> driver_;
+  std::optional<RunRecord> record_;
+  Command command_;
+  RunTotals totals_;
+  double last_checkpoint_ = -1;
+  double terrain_s_ = 0, output_s_ = 0;
+};
+
+void copy_inputs(const std::vector<InputFile>& inputs, const fs::path& folder) {
+  std::error_code e;
+  fs::remove_all(folder, e);
+  for (const InputFile& f : inputs) {
+    fs::create_directories((folder / f.relative).parent_path(), e);
+    fs::copy_file(f.source, folder / f.relative, fs::copy_options::overwrite_existing, e);
+    if (e) throw ResultsError((folder / f.relative).string() + ": cannot be written: " + e.message() + "; choose another output folder");
+  }
+}
+
+}  // namespace
+
+void check_scenario(const fs::path& yaml, const Registry& registry) { load_scenario(yaml, registry); }
+
+RunSummary run_scenario(const fs::path& yaml, const Registry& registry, const RunOptions& o) {
+  const ScenarioOverrides overrides{o.terrain, o.duration};
+  load_scenario(yaml, registry, overrides);  // errors name the user's own files
+  const std::vector<InputFile> inputs = collect_inputs(yaml);
+  std::error_code e;
+  fs::create_directories(o.out, e);
+  if (e) throw ResultsError(o.out.string() + ": cannot be made: " + e.message() + "; choose another output folder");
+  fs::remove(o.out / "checkpoint.h5", e);  // of an earlier run in this folder
+  copy_inputs(inputs, o.out / "inputs");
+  const fs::path copy = o.out / "inputs" / inputs.front().relative;
+  const std::string text = resolved_text(inputs, overrides);
+  {
+    // What resume needs to find its way back; text, so that it survives whatever happens to run.h5.
+    State names;
+    std::string relative = inputs.front().relative.generic_string(), terrain = o.terrain.value_or("");
+    double duration = o.duration.value_or(-1);
+    names.field("scenario", relative);
+    names.field("terrain", terrain);
+    names.field("duration", duration);
+    Checkpoint c;
+    c.scenario = text;
+    c.version = GROUSER_VERSION;
+    c.state = names;
+    write_checkpoint(o.out / "inputs" / "run.h5", c);
+  }
+  return Run(load_scenario(copy, registry, overrides), text, o.out, o.threads, o.progress).fresh();
+}
+
+RunSummary resume_run(const fs::path& folder, const Registry& registry, int threads, const std::function<void(const Progress&)>& progress) {
+  if (!fs::is_directory(folder / "inputs"))
+    throw ResultsError(folder.string() + ": not a run folder (it has no inputs/); give the folder that `grouser run` has written");
+  Checkpoint origin = read_checkpoint(folder / "inputs" / "run.h5");
+  std::string relative, terrain;
+  double duration = -1;
+  origin.state.rewind(State::Mode::load);
+  origin.state.field("scenario", relative);
+  origin.state.field("terrain", terrain);
+  origin.state.field("duration", duration);
+  ScenarioOverrides overrides;
+  if (!terrain.empty()) overrides.terrain = terrain;
+  if (duration > 0) overrides.duration = duration;
+  const fs::path copy = folder / "inputs" / relative;
+  const Checkpoint c = read_checkpoint(folder / "checkpoint.h5");
+  if (c.scenario != origin.scenario || resolved_text(collect_inputs(copy), overrides) != origin.scenario)
+    throw ResultsError((folder / "checkpoint.h5").string() +
+                       ": checkpoint of another scenario than the one in inputs/; start the run again instead of resuming it");
+  return Run(load_scenario(copy, registry, overrides), c.scenario, folder, threads, progress).resume(c);
+}
+
+}  // namespace grouser::vehicle
