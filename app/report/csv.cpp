@@ -20,10 +20,14 @@ std::vector<std::string> cells(const std::string& line) {
   bool quoted = false;
   for (std::size_t i = 0; i < line.size(); ++i) {
     const char c = line[i];
-    if (c == '"' && quoted && i + 1 < line.size() && line[i + 1] == '"') out.back() += line[++i];
-    else if (c == '"') quoted = !quoted;
-    else if (c == ',' && !quoted) out.emplace_back();
-    else out.back() += c;
+    if (c == '"' && quoted && i + 1 < line.size() && line[i + 1] == '"')
+      out.back() += line[++i];
+    else if (c == '"')
+      quoted = !quoted;
+    else if (c == ',' && !quoted)
+      out.emplace_back();
+    else
+      out.back() += c;
   }
   for (std::string& s : out) s = trimmed(s);
   return out;
@@ -45,8 +49,8 @@ Table read_table(const std::filesystem::path& file) {
     } else {
       auto row = cells(text);
       if (row.size() != t.columns.size())
-        throw ResultsError(file.string() + ":" + std::to_string(number) + ": " + std::to_string(row.size()) + " cells where the header has " +
-                           std::to_string(t.columns.size()));
+        throw ResultsError(file.string() + ":" + std::to_string(number) + ": " + std::to_string(row.size()) +
+                           " cells where the header has " + std::to_string(t.columns.size()));
       t.rows.push_back(std::move(row));
     }
   }
@@ -62,9 +66,12 @@ nlohmann::json to_json(const Table& t) {
       double v = 0;
       const auto [end, failed] = std::from_chars(s.data(), s.data() + s.size(), v);
       const bool number = failed == std::errc() && end == s.data() + s.size();
-      if (number && std::isfinite(v)) row.push_back(v);
-      else if (number || s.empty()) row.push_back(nullptr);
-      else row.push_back(s);
+      if (number && std::isfinite(v))
+        row.push_back(v);
+      else if (number || s.empty())
+        row.push_back(nullptr);
+      else
+        row.push_back(s);
     }
     rows.push_back(std::move(row));
   }

@@ -15,7 +15,8 @@ struct Table {
 
 /// @throws ResultsError with file and line: cannot be opened, no header, a row with another number of cells.
 Table read_table(const std::filesystem::path& file);
-/// {columns: [...], rows: [[...]], notes: [...]}; a cell that is a finite number becomes one, an empty cell or nan null.
+/// {columns: [...], rows: [[...]], notes: [...]}; a cell that is a finite number becomes one, an empty cell or nan
+/// null.
 nlohmann::json to_json(const Table& t);
 
 }  // namespace grouser::report

@@ -18,7 +18,8 @@ constexpr std::int32_t nan32 = std::numeric_limits<std::int32_t>::min();
 nlohmann::json Pack::append(const std::vector<std::int32_t>& q, int bytes, double scale, double origin) {
   const std::size_t at = raw_.size(), n = q.size();
   raw_.resize(at + n * static_cast<std::size_t>(bytes));
-  // Differences of a smooth signal are small: their upper byte planes are nearly constant and cost next to nothing in gzip.
+  // Differences of a smooth signal are small: their upper byte planes are nearly constant and cost next to nothing in
+  // gzip.
   std::uint32_t before = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const auto now = static_cast<std::uint32_t>(q[i]);
@@ -67,8 +68,10 @@ std::string Pack::base64() const { return to_base64(gzip(raw_)); }
 
 std::vector<std::uint8_t> gzip(std::span<const std::uint8_t> raw) {
   z_stream z{};
-  // 15 + 16: the gzip wrapper, which the browser's DecompressionStream('gzip') reads. No file time inside: same data, same bytes.
-  if (deflateInit2(&z, 9, Z_DEFLATED, 15 + 16, 9, Z_DEFAULT_STRATEGY) != Z_OK) throw std::runtime_error("zlib: no memory");
+  // 15 + 16: the gzip wrapper, which the browser's DecompressionStream('gzip') reads. No file time inside: same data,
+  // same bytes.
+  if (deflateInit2(&z, 9, Z_DEFLATED, 15 + 16, 9, Z_DEFAULT_STRATEGY) != Z_OK)
+    throw std::runtime_error("zlib: no memory");
   std::vector<std::uint8_t> out(deflateBound(&z, static_cast<uLong>(raw.size())));
   z.next_in = const_cast<Bytef*>(raw.data());
   z.avail_in = static_cast<uInt>(raw.size());

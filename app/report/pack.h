@@ -9,7 +9,8 @@
 
 namespace grouser::report {
 
-/// One block of the page. Arrays are appended; each gets a reference {at, n, type, scale, origin} for the page's header.
+/// One block of the page. Arrays are appended; each gets a reference {at, n, type, scale, origin} for the page's
+/// header.
 class Pack {
  public:
   /// 16 bits over the range of the values: |error| <= (max - min) / 131068. NaN stays NaN; infinities become NaN.

@@ -3,9 +3,12 @@
 
 __asm__(
     ".pushsection .rodata\n"
-    ".global grouser_web_script\n.global grouser_web_script_end\n.global grouser_web_style\n.global grouser_web_style_end\n"
-    "grouser_web_script:\n.incbin \"" GROUSER_WEB_SCRIPT "\"\ngrouser_web_script_end:\n.byte 0\n"
-    "grouser_web_style:\n.incbin \"" GROUSER_WEB_STYLE "\"\ngrouser_web_style_end:\n.byte 0\n"
+    ".global grouser_web_script\n.global grouser_web_script_end\n.global grouser_web_style\n.global "
+    "grouser_web_style_end\n"
+    "grouser_web_script:\n.incbin \"" GROUSER_WEB_SCRIPT
+    "\"\ngrouser_web_script_end:\n.byte 0\n"
+    "grouser_web_style:\n.incbin \"" GROUSER_WEB_STYLE
+    "\"\ngrouser_web_style_end:\n.byte 0\n"
     ".popsection\n");
 
 extern "C" {

@@ -16,10 +16,14 @@ namespace {
 std::string escaped(const std::string& s) {
   std::string out;
   for (char c : s) {
-    if (c == '&') out += "&amp;";
-    else if (c == '<') out += "&lt;";
-    else if (c == '>') out += "&gt;";
-    else out += c;
+    if (c == '&')
+      out += "&amp;";
+    else if (c == '<')
+      out += "&lt;";
+    else if (c == '>')
+      out += "&gt;";
+    else
+      out += c;
   }
   return out;
 }
@@ -28,8 +32,10 @@ std::string escaped(const std::string& s) {
 std::string json_text(const json& j) {
   std::string out;
   for (char c : j.dump(-1, ' ', false, json::error_handler_t::replace)) {
-    if (c == '<') out += "\\u003c";
-    else out += c;
+    if (c == '<')
+      out += "\\u003c";
+    else
+      out += c;
   }
   return out;
 }
@@ -38,7 +44,8 @@ std::string title_of(const json& header) {
   std::string title;
   for (const char* kind : {"runs", "rigs"})
     for (const json& r : header[kind]) {
-      const std::string t = r["title"].get<std::string>().empty() ? r["folder"].get<std::string>() : r["title"].get<std::string>();
+      const std::string t =
+          r["title"].get<std::string>().empty() ? r["folder"].get<std::string>() : r["title"].get<std::string>();
       if (title.find(t) == std::string::npos) title += (title.empty() ? "" : ", ") + t;
     }
   return title;
@@ -47,7 +54,9 @@ std::string title_of(const json& header) {
 }  // namespace
 
 void write_report(const std::vector<fs::path>& run_folders, const fs::path& html) {
-  if (run_folders.empty()) throw ResultsError("no run folder to report on; give at least one folder written by 'grouser run' or 'grouser rig'");
+  if (run_folders.empty())
+    throw ResultsError(
+        "no run folder to report on; give at least one folder written by 'grouser run' or 'grouser rig'");
   json header = {{"format", 1}, {"runs", json::array()}, {"rigs", json::array()}};
   std::vector<std::string> blocks;
   for (const fs::path& folder : run_folders) {
@@ -74,9 +83,10 @@ void write_report(const std::vector<fs::path>& run_folders, const fs::path& html
          "style-src 'unsafe-inline'; img-src data: blob:\">\n"
       << "<link rel=\"icon\" href=\"data:,\">\n"
       << "<title>" << escaped(title) << "</title>\n<style>\n"
-      << report::page_style() << "\n</style>\n</head>\n<body>\n<main id=\"page\"><noscript>This report draws its plots with "
-      << "JavaScript, which is switched off.</noscript></main>\n<script type=\"application/json\" id=\"header\">" << json_text(header)
-      << "</script>\n";
+      << report::page_style()
+      << "\n</style>\n</head>\n<body>\n<main id=\"page\"><noscript>This report draws its plots with "
+      << "JavaScript, which is switched off.</noscript></main>\n<script type=\"application/json\" id=\"header\">"
+      << json_text(header) << "</script>\n";
   for (std::size_t i = 0; i < blocks.size(); ++i)
     out << "<script type=\"text/plain\" id=\"block-" << i << "\">" << blocks[i] << "</script>\n";
   out << "<script>\n" << report::page_script() << "\n</script>\n</body>\n</html>\n";

@@ -10,7 +10,8 @@ using nlohmann::json;
 namespace fs = std::filesystem;
 
 namespace {
-/// "Wheel on MMS" of "Wheel on MMS: 115 N, slip 0.1", "Wheel on MMS: 115 N, slip 0.3": what all begin with, up to the last colon.
+/// "Wheel on MMS" of "Wheel on MMS: 115 N, slip 0.1", "Wheel on MMS: 115 N, slip 0.3": what all begin with, up to the
+/// last colon.
 std::string shared_title(const json& cases) {
   if (cases.empty()) return "";
   std::string head = cases[0]["title"];
@@ -33,7 +34,8 @@ json rig_section(const fs::path& folder, Pack& pack) {
 
   std::vector<fs::path> cases;
   for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.is_directory() && entry.path().filename().string().starts_with("case_") && fs::exists(entry.path() / "run.h5"))
+    if (entry.is_directory() && entry.path().filename().string().starts_with("case_") &&
+        fs::exists(entry.path() / "run.h5"))
       cases.push_back(entry.path());
   std::sort(cases.begin(), cases.end());
   out["cases"] = json::array();
@@ -41,12 +43,14 @@ json rig_section(const fs::path& folder, Pack& pack) {
 
   // What the cases share is said once.
   const json first = cases.empty() ? json::object() : out["cases"][0];
-  for (const char* name : {"title", "terrain", "soil", "version", "scenario", "ground"}) out[name] = first.value(name, "");
+  for (const char* name : {"title", "terrain", "soil", "version", "scenario", "ground"})
+    out[name] = first.value(name, "");
   out["title"] = shared_title(out["cases"]);
   out["assumptions"] = first.value("assumptions", json::array());
   out["warnings"] = json::array();
   for (json& c : out["cases"]) {
-    for (const json& w : c["warnings"]) out["warnings"].push_back(c["folder"].get<std::string>() + ": " + w.get<std::string>());
+    for (const json& w : c["warnings"])
+      out["warnings"].push_back(c["folder"].get<std::string>() + ": " + w.get<std::string>());
     c["scenario"] = "";
     c["assumptions"] = json::array();
   }

@@ -37,7 +37,8 @@ bool ends_with(const std::string& s, const std::string& tail) {
   return s.size() > tail.size() && s.compare(s.size() - tail.size(), tail.size(), tail) == 0;
 }
 
-/// Values at the thinned frames: all of them, or the least and the greatest of each bucket in the order in which they came.
+/// Values at the thinned frames: all of them, or the least and the greatest of each bucket in the order in which they
+/// came.
 std::vector<double> thin(const std::vector<double>& x, std::size_t bucket) {
   if (bucket <= 1) return x;
   std::vector<double> out;
@@ -101,7 +102,9 @@ struct Reader {
   std::size_t bucket = 1, pose_stride = 1;
   json warnings = json::array();
 
-  std::vector<double> scalar(const std::string& name) const { return file.has(name) ? file.read(name) : std::vector<double>{}; }
+  std::vector<double> scalar(const std::string& name) const {
+    return file.has(name) ? file.read(name) : std::vector<double>{};
+  }
   double last(const std::string& name) const {
     const auto x = scalar(name);
     return x.empty() ? std::numeric_limits<double>::quiet_NaN() : x.back();
@@ -120,7 +123,8 @@ void add_channels(Reader& r, json& out) {
       const Statistics s = statistics(x);
       stats[c.name] = {{"mean", s.mean}, {"rms", s.rms}, {"sd", s.sd}, {"min", s.min}, {"max", s.max}};
       if (s.missing > 0)
-        r.warnings.push_back(c.name + ": " + std::to_string(s.missing) + " of " + std::to_string(x.size()) + " values are missing");
+        r.warnings.push_back(c.name + ": " + std::to_string(s.missing) + " of " + std::to_string(x.size()) +
+                             " values are missing");
       entry["data"] = r.pack.add(thin(x, r.bucket));
     } else {
       const auto width = static_cast<std::size_t>(c.components);
@@ -142,7 +146,8 @@ void add_ground(Reader& r, json& out) {
   if (!r.file.has("ground.x") || !r.file.has("ground.y") || !r.file.has("ground.height")) return;
   const auto x = r.file.read("ground.x"), y = r.file.read("ground.y"), h = r.file.read("ground.height");
   if (x.size() < 2 || y.size() < 2 || h.size() != x.size() * y.size())
-    throw ResultsError(out["folder"].get<std::string>() + ": ground.height does not have the size of ground.y times ground.x");
+    throw ResultsError(out["folder"].get<std::string>() +
+                       ": ground.height does not have the size of ground.y times ground.x");
   std::size_t stride = 1;
   while (((x.size() - 1) / stride + 1) * ((y.size() - 1) / stride + 1) > most_ground_nodes) ++stride;
   std::vector<double> gx, gy, gh;
@@ -150,7 +155,8 @@ void add_ground(Reader& r, json& out) {
   for (std::size_t j = 0; j < y.size(); j += stride) gy.push_back(y[j]);
   for (std::size_t j = 0; j < y.size(); j += stride)
     for (std::size_t i = 0; i < x.size(); i += stride) gh.push_back(h[j * x.size() + i]);
-  out["ground_grid"] = {{"x", r.pack.add_fixed(gx, 1e-5)}, {"y", r.pack.add_fixed(gy, 1e-5)}, {"height", r.pack.add(gh)}};
+  out["ground_grid"] = {
+      {"x", r.pack.add_fixed(gx, 1e-5)}, {"y", r.pack.add_fixed(gy, 1e-5)}, {"height", r.pack.add(gh)}};
 }
 
 void add_meshes(Reader& r, json& out) {
@@ -160,7 +166,8 @@ void add_meshes(Reader& r, json& out) {
     if (!r.file.has(head + ".vertices") || !r.file.has(head + ".triangles")) continue;
     const auto v = r.file.read(head + ".vertices"), t = r.file.read(head + ".triangles");
     if (t.size() / 3 > most_triangles) {
-      r.warnings.push_back(head + ": " + std::to_string(t.size() / 3) + " triangles are too many for the page; the body is not drawn");
+      r.warnings.push_back(head + ": " + std::to_string(t.size() / 3) +
+                           " triangles are too many for the page; the body is not drawn");
       continue;
     }
     meshes[b] = {{"vertices", r.pack.add(v)}, {"triangles", r.pack.add_fixed(t, 1.0)}};
@@ -187,7 +194,8 @@ void add_spectrum(Reader& r, json& out) {
 void add_summary(Reader& r, json& out) {
   json s = json::object();
   const double simulated = r.time.empty() ? 0.0 : r.time.back() - r.time.front();
-  const double distance = r.last("vehicle.distance"), motor = r.last("vehicle.motor_energy"), battery = r.last("vehicle.battery_energy");
+  const double distance = r.last("vehicle.distance"), motor = r.last("vehicle.motor_energy"),
+               battery = r.last("vehicle.battery_energy");
   s["simulated_s"] = r.file.number("simulated_s", simulated);
   s["distance_m"] = number_or_null(distance);
   s["mean_speed_mps"] = number_or_null(simulated > 0 ? distance / simulated : NAN);
@@ -211,7 +219,8 @@ void add_summary(Reader& r, json& out) {
   for (const char* name : {"energy.motor", "energy.soil_work", "energy.soil_dissipated", "energy.kinetic"})
     for (double e : r.scalar(name)) scale = std::isfinite(e) ? std::max(scale, std::abs(e)) : scale;
   s["energy_residual_J"] = number_or_null(residual);
-  s["energy_residual_ratio"] = number_or_null(r.file.number("energy_residual_ratio", scale > 0 ? std::abs(residual) / scale : NAN));
+  s["energy_residual_ratio"] =
+      number_or_null(r.file.number("energy_residual_ratio", scale > 0 ? std::abs(residual) / scale : NAN));
   const double wall = r.file.number("timing.wall_s", NAN);
   s["real_time_factor"] = number_or_null(wall > 0 ? r.file.number("simulated_s", simulated) / wall : NAN);
   json timing = json::object();
@@ -224,14 +233,16 @@ void add_summary(Reader& r, json& out) {
 void add_warnings(Reader& r, json& out) {
   const std::string status = out["status"];
   if (status == "running")
-    r.warnings.push_back("The run was still writing or was killed: this is what it had. 'grouser resume' continues it.");
+    r.warnings.push_back(
+        "The run was still writing or was killed: this is what it had. 'grouser resume' continues it.");
   else if (!status.empty() && status != "finished")
     r.warnings.push_back("The run did not finish: " + status);
   if (r.time.empty()) r.warnings.push_back("The run has no frame yet");
   const json& s = out["summary"];
   char text[160];
   if (s["energy_residual_ratio"].is_number() && s["energy_residual_ratio"].get<double>() > 0.005) {
-    std::snprintf(text, sizeof text, "The energy ledger does not close: residual %.3g J, %.2f %% of the work done (limit 0.5 %%)",
+    std::snprintf(text, sizeof text,
+                  "The energy ledger does not close: residual %.3g J, %.2f %% of the work done (limit 0.5 %%)",
                   s["energy_residual_J"].is_number() ? s["energy_residual_J"].get<double>() : NAN,
                   100 * s["energy_residual_ratio"].get<double>());
     r.warnings.push_back(text);
@@ -265,9 +276,8 @@ std::string folder_name(const std::filesystem::path& folder) {
 json run_section(const std::filesystem::path& folder, Pack& pack) {
   const RunFile file(folder / "run.h5");
   const RunAttributes& a = file.attributes();
-  json out = {{"folder", folder_name(folder)}, {"kind", a.kind},       {"title", a.title},
-              {"terrain", a.terrain},          {"version", a.version}, {"seed", a.seed},
-              {"scenario", a.scenario},        {"soil", soil_name(file)}};
+  json out = {{"folder", folder_name(folder)}, {"kind", a.kind}, {"title", a.title},       {"terrain", a.terrain},
+              {"version", a.version},          {"seed", a.seed}, {"scenario", a.scenario}, {"soil", soil_name(file)}};
   for (const char* name : {"status", "ground", "end_state_hash"}) out[name] = file.attribute(name);
   for (const char* name : {"total_mass_kg", "gravity"}) out[name] = number_or_null(file.number(name, NAN));
   out["bodies"] = split(file.attribute("bodies"));
@@ -280,7 +290,7 @@ json run_section(const std::filesystem::path& folder, Pack& pack) {
   if (n > most_plot_values) r.bucket = (2 * n + most_plot_values - 1) / most_plot_values;
   if (n > 1) {
     const double rate = static_cast<double>(n - 1) / (r.time.back() - r.time.front());
-    r.pose_stride = std::max<std::size_t>(1, static_cast<std::size_t>(rate / pose_rate));
+    r.pose_stride = std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(rate / pose_rate - 1e-6)));
     while (n / r.pose_stride > most_poses) ++r.pose_stride;
     out["frame_rate"] = rate;
   }

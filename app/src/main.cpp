@@ -1,7 +1,9 @@
 // The grouser command: parses arguments, calls one function per command, turns errors into exit codes.
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 
 #include "commands.h"
@@ -38,7 +40,7 @@ int parse_and_run(int argc, char** argv) {
   auto* rig_cmd = cli.add_subcommand("rig", "single-wheel rig: slip sweep, imposed torque or digging");
   rig_cmd->add_option("rig", rig_args.rig, "rig file")->required();
   rig_cmd->add_option("--terrain", rig_args.terrain, "terrain model instead of the rig's");
-  rig_cmd->add_option("--slip", rig_args.slips, "slips instead of the rig's, comma separated, in the rig's own definition")
+  rig_cmd->add_option("--slips", rig_args.slips, "slips instead of the rig's, comma separated, in the rig's own definition")
       ->delimiter(',');
   rig_cmd->add_option("--integrator", rig_args.integrator, "fixed (Bullet, as a vehicle) or cvode (reference)")
       ->check(CLI::IsMember({"fixed", "cvode"}));
@@ -86,6 +88,14 @@ int parse_and_run(int argc, char** argv) {
   auto* doctor_cmd = cli.add_subcommand("doctor", "check this build and machine: libraries, files, every terrain model");
   doctor_cmd->callback([&] { code = doctor(); });
 
+  std::vector<std::string> commands;
+  for (const CLI::App* c : cli.get_subcommands({})) commands.push_back(c->get_name());
+  if (argc > 1 && argv[1][0] != '-' && std::find(commands.begin(), commands.end(), argv[1]) == commands.end()) {
+    const auto near = grouser::did_you_mean(argv[1], commands);
+    fmt::print(stderr, "unknown command '{}'{} Known: {}\n", argv[1], near ? "; did you mean '" + *near + "'?" : ".",
+               fmt::join(commands, ", "));
+    return 2;
+  }
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

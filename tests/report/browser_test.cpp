@@ -36,13 +36,18 @@ class ReportInChromium : public ::testing::Test {
   }
   /// The page's elements after it has run, with what it wrote to the console.
   std::string open(const std::string& flags) {
-    return output_of("timeout 120 chromium --headless --no-sandbox --hide-scrollbars --virtual-time-budget=6000 --window-size=1200,900"
-                     " --disable-background-networking --disable-component-update --disable-sync --no-first-run"
-                     " --enable-logging=stderr --user-data-dir='" + (folder_ / "profile").string() + "' " + flags + " --dump-dom 'file://" +
-                     (folder_ / "report.html").string() + "'");
+    return output_of(
+        "timeout 120 chromium --headless --no-sandbox --hide-scrollbars --virtual-time-budget=6000 "
+        "--window-size=1200,900"
+        " --disable-background-networking --disable-component-update --disable-sync --no-first-run"
+        " --enable-logging=stderr --user-data-dir='" +
+        (folder_ / "profile").string() + "' " + flags + " --dump-dom 'file://" + (folder_ / "report.html").string() +
+        "'");
   }
   /// Short messages: the page is a megabyte.
-  static void expect(const std::string& page, const std::string& part) { EXPECT_NE(page.find(part), std::string::npos) << part; }
+  static void expect(const std::string& page, const std::string& part) {
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  }
   static void expect_quiet(const std::string& page) {
     const auto at = page.find("CONSOLE");
     EXPECT_EQ(at, std::string::npos) << page.substr(at == std::string::npos ? 0 : at, 300);

@@ -59,10 +59,13 @@ std::vector<double> decode(const std::vector<unsigned char>& block, const nlohma
   std::vector<double> out;
   long long sum = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    for (int b = 0; b < bytes; ++b) sum += static_cast<long long>(block.at(at + static_cast<std::size_t>(b) * n + i)) << (8 * b);
+    for (int b = 0; b < bytes; ++b)
+      sum += static_cast<long long>(block.at(at + static_cast<std::size_t>(b) * n + i)) << (8 * b);
     sum %= span;
     const long long q = sum >= span / 2 ? sum - span : sum;
-    out.push_back(q == -span / 2 ? NAN : reference["origin"].get<double>() + reference["scale"].get<double>() * static_cast<double>(q));
+    out.push_back(q == -span / 2
+                      ? NAN
+                      : reference["origin"].get<double>() + reference["scale"].get<double>() * static_cast<double>(q));
   }
   return out;
 }

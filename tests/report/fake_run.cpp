@@ -33,7 +33,8 @@ struct Shape {
     const double base = static_cast<double>(vertices.size()) / 3;
     for (int k = 0; k < 8; ++k)
       for (double v : {k & 1 ? x1 : x0, k & 2 ? y1 : y0, k & 4 ? z1 : z0}) vertices.push_back(v);
-    for (int t : {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5})
+    for (int t :
+         {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5})
       triangles.push_back(base + t);
   }
   /// Wheel with lugs around y.
@@ -54,7 +55,8 @@ struct Shape {
 };
 
 void write_shape(Recorder& file, const std::string& body, const Shape& s) {
-  file.write_static({"mesh." + body + ".vertices", "m", "vertices, body frame", "B", 1}, s.vertices, {s.vertices.size() / 3, 3});
+  file.write_static({"mesh." + body + ".vertices", "m", "vertices, body frame", "B", 1}, s.vertices,
+                    {s.vertices.size() / 3, 3});
   file.write_static({"mesh." + body + ".triangles", "1", "triangles", "", 1}, s.triangles, {s.triangles.size() / 3, 3});
 }
 
@@ -85,18 +87,21 @@ class Channels {
     file_.add_channel({name, unit, name, n == 3 ? "W" : "", n});
   }
   void operator()(const std::string& name, double v) { file_.set(file_.channel(name), v); }
-  void operator()(const std::string& name, const Vec3& v) { file_.set(file_.channel(name), std::span<const double>(v.data(), 3)); }
+  void operator()(const std::string& name, const Vec3& v) {
+    file_.set(file_.channel(name), std::span<const double>(v.data(), 3));
+  }
   void operator()(const std::string& name, const Quat& q) { file_.set(file_.channel(name), wxyz(q)); }
 
  private:
   Recorder& file_;
 };
 
-const char* scalars[][2] = {{"sinkage", "m"},       {"slip", "1"},          {"slip_angle", "rad"},     {"normal_force", "N"},
-                            {"drawbar_pull", "N"},  {"side_force", "N"},    {"driving_torque", "N m"}, {"motor_torque", "N m"},
-                            {"angular_speed", "rad/s"}, {"entry_angle", "rad"}};
-const char* ledger[] = {"motor", "kinetic", "potential", "spring", "damper", "soil_work", "soil_stored", "soil_dissipated",
-                        "implicit_correction", "integration", "joints", "residual"};
+const char* scalars[][2] = {{"sinkage", "m"},          {"slip", "1"},           {"slip_angle", "rad"},
+                            {"normal_force", "N"},     {"drawbar_pull", "N"},   {"side_force", "N"},
+                            {"driving_torque", "N m"}, {"motor_torque", "N m"}, {"angular_speed", "rad/s"},
+                            {"entry_angle", "rad"}};
+const char* ledger[] = {"motor",       "kinetic",         "potential",           "spring",      "damper", "soil_work",
+                        "soil_stored", "soil_dissipated", "implicit_correction", "integration", "joints", "residual"};
 
 }  // namespace
 
@@ -104,9 +109,11 @@ double fake_speed(double t) { return 0.8 * (1 - std::exp(-t / 0.6)) + 0.03 * std
 
 void write_fake_run(const fs::path& folder, const FakeRun& f) {
   fs::create_directories(folder);
-  Recorder file = Recorder::create(folder / "run.h5", {"run", "scenario: Robot over rough ground\nterrain:\n  model: " + f.terrain +
-                                                                  "\n  soil: mojave_martian_simulant\nduration: 10 s\n",
-                                                       "Robot over rough ground", f.terrain, "0.1.0", 1});
+  Recorder file =
+      Recorder::create(folder / "run.h5", {"run",
+                                           "scenario: Robot over rough ground\nterrain:\n  model: " + f.terrain +
+                                               "\n  soil: mojave_martian_simulant\nduration: 10 s\n",
+                                           "Robot over rough ground", f.terrain, "0.1.0", 1});
   const std::vector<std::string> wheels{"front_left", "front_right", "rear_left", "rear_right"};
   Channels set(file);
   set.add("chassis.position", "m", 3);
@@ -118,8 +125,8 @@ void write_fake_run(const fs::path& folder, const FakeRun& f) {
     set.add(w + ".force", "N", 3);
     for (const auto& s : scalars) set.add(w + "." + s[0], s[1]);
   }
-  for (const char* n : {"speed m/s", "distance m", "roll rad", "pitch rad", "yaw rad", "vertical_acceleration m/s^2", "power W",
-                        "motor_energy J", "battery_energy J"}) {
+  for (const char* n : {"speed m/s", "distance m", "roll rad", "pitch rad", "yaw rad", "vertical_acceleration m/s^2",
+                        "power W", "motor_energy J", "battery_energy J"}) {
     const std::string text(n);
     set.add("vehicle." + text.substr(0, text.find(' ')), text.substr(text.find(' ') + 1));
   }
@@ -155,7 +162,8 @@ void write_fake_run(const fs::path& folder, const FakeRun& f) {
     }
     const double pitch = -std::atan2(0.5 * (hub[0].z() + hub[1].z() - hub[2].z() - hub[3].z()), 0.54);
     const double roll = std::atan2(0.5 * (hub[0].z() + hub[2].z() - hub[1].z() - hub[3].z()), 0.5);
-    const Quat q = Quat(Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY())) * Quat(Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()));
+    const Quat q = Quat(Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY())) *
+                   Quat(Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()));
     const double z = 0.25 * (hub[0].z() + hub[1].z() + hub[2].z() + hub[3].z()) + 0.09;
     const double climb = i > 0 ? (z - before) / dt : 0;
     const double acceleration = i > 1 ? 0.2 * (climb - rate_before) / dt + 0.3 * noise(seed) : 0;
@@ -166,7 +174,8 @@ void write_fake_run(const fs::path& folder, const FakeRun& f) {
     double power = 0;
     for (std::size_t k = 0; k < 4; ++k) {
       const std::string& w = wheels[k];
-      const double slip = 0.04 + 6 * sink[k] + 0.03 * std::sin(3 * t + static_cast<double>(k)), omega = v / radius / (1 - slip);
+      const double slip = 0.04 + 6 * sink[k] + 0.03 * std::sin(3 * t + static_cast<double>(k)),
+                   omega = v / radius / (1 - slip);
       spin[k] += omega * dt;
       const double load = 73.5 * (1 + 0.3 * std::sin(4 * x + 1.3 * static_cast<double>(k))) + 3 * noise(seed);
       const double pull = 6 * std::sin(2.5 * x + static_cast<double>(k)) + 2 * noise(seed);
@@ -176,17 +185,21 @@ void write_fake_run(const fs::path& folder, const FakeRun& f) {
       set(w + ".orientation", Quat(Eigen::AngleAxisd(spin[k], Eigen::Vector3d::UnitY())));
       set(w + ".contact_point", Vec3(hub[k].x() + 0.01, hub[k].y(), hub[k].z() - radius));
       set(w + ".force", Vec3(pull, 0, load));
-      const double values[] = {sink[k], slip, 0, load, pull, 0.5 * noise(seed), torque, torque, omega, std::acos(std::max(-1.0, 1 - sink[k] / radius))};
+      const double values[] = {
+          sink[k],           slip,   0,      load,  pull,
+          0.5 * noise(seed), torque, torque, omega, std::acos(std::max(-1.0, 1 - sink[k] / radius))};
       for (std::size_t c = 0; c < std::size(scalars); ++c) set(w + "." + scalars[c][0], values[c]);
     }
     motor += power * dt;
     const double kinetic = 15 * v * v, potential = 30 * 9.81 * z;
     const double vehicle[] = {v, x, roll, pitch, 0, acceleration, power, motor, 1.25 * motor + 5 * t};
     std::size_t c = 0;
-    for (const char* n : {"speed", "distance", "roll", "pitch", "yaw", "vertical_acceleration", "power", "motor_energy", "battery_energy"})
+    for (const char* n : {"speed", "distance", "roll", "pitch", "yaw", "vertical_acceleration", "power", "motor_energy",
+                          "battery_energy"})
       set(std::string("vehicle.") + n, vehicle[c++]);
     const double soil = motor - kinetic - 0.1 * potential;
-    const double energies[] = {motor, kinetic, potential, 0, 0.04 * motor, -soil, 0.3, 0.95 * soil, 0.1, -0.05, 0.001, 0.001 * motor};
+    const double energies[] = {motor, kinetic,     potential, 0,     0.04 * motor, -soil,
+                               0.3,   0.95 * soil, 0.1,       -0.05, 0.001,        0.001 * motor};
     for (std::size_t e = 0; e < std::size(ledger); ++e) set(std::string("energy.") + ledger[e], energies[e]);
     set("joint.drift", 2e-5);
     file.end_frame(t);
@@ -198,7 +211,9 @@ void write_fake_run(const fs::path& folder, const FakeRun& f) {
   file.set_attribute("status", f.status);
   file.set_attribute("ground", "ISO 8608 class E, then a sinusoid of 1.2 m");
   file.set_attribute("end_state_hash", "0123456789abcdef");
-  file.set_attribute("assumptions", R"([{"file":"robot.yaml","key":"motor.efficiency","value":"80 %","why":"the <source> gives no curve"}])");
+  file.set_attribute(
+      "assumptions",
+      R"([{"file":"robot.yaml","key":"motor.efficiency","value":"80 %","why":"the <source> gives no curve"}])");
   file.set_attribute("total_mass_kg", 30.0);
   file.set_attribute("gravity", 9.81);
   file.set_attribute("simulated_s", f.duration);
@@ -212,22 +227,25 @@ void write_fake_run(const fs::path& folder, const FakeRun& f) {
 void write_fake_rig(const fs::path& folder) {
   fs::create_directories(folder);
   std::ofstream sweep(folder / "sweep.csv"), measured(folder / "measured.csv"), errors(folder / "errors.csv");
-  sweep << "case,group,slip,slip_definition,drawbar_pull_N,drawbar_pull_sd_N,driving_torque_Nm,driving_torque_sd_Nm,sinkage_mm,"
+  sweep << "case,group,slip,slip_definition,drawbar_pull_N,drawbar_pull_sd_N,driving_torque_Nm,driving_torque_sd_Nm,"
+           "sinkage_mm,"
            "sinkage_sd_mm,stationary\n";
-  measured << "slip,drawbar_pull_N,drawbar_pull_error_N,sinkage_mm,sinkage_error_mm,driving_torque_Nm,driving_torque_error_Nm\n";
+  measured << "slip,drawbar_pull_N,drawbar_pull_error_N,sinkage_mm,sinkage_error_mm,driving_torque_Nm,driving_torque_"
+              "error_Nm\n";
   errors << "# Invented.\ngroup,channel,unit,rmse,bias\n115 N,drawbar_pull,N,7.5,4.1\n115 N,sinkage,mm,6.2,-5.0\n";
   int index = 0;
   for (double s : {-0.7, -0.5, -0.3, -0.1, 0.0, 0.1, 0.3, 0.5, 0.7}) {
     const double pull = 33 * std::tanh(2.5 * s) - 8, torque = 4 + 5 * std::tanh(3 * s), sink = 11 + 9 * s * s + 3 * s;
     char name[16];
     std::snprintf(name, sizeof name, "case_%03d", index++);
-    sweep << name << ",\"115 N, rim\"," << s << ",rim," << pull << "," << 0.4 + s * s << "," << torque << ",0.1," << sink << ",0.3,1\n";
+    sweep << name << ",\"115 N, rim\"," << s << ",rim," << pull << "," << 0.4 + s * s << "," << torque << ",0.1,"
+          << sink << ",0.3,1\n";
     measured << s << "," << pull - 4 + 3 * s << ",1," << sink + 5 * s + 2 << ",0.06," << torque - 0.4 << ",0.05\n";
 
     fs::create_directories(folder / name);
-    Recorder file = Recorder::create(folder / name / "run.h5",
-                                     {"rig", "rig: one wheel\nsoil: mojave\n", "One wheel: slip " + std::to_string(s).substr(0, 4),
-                                      "bekker.steady", "0.1.0", 1});
+    Recorder file = Recorder::create(
+        folder / name / "run.h5", {"rig", "rig: one wheel\nsoil: mojave\n",
+                                   "One wheel: slip " + std::to_string(s).substr(0, 4), "bekker.steady", "0.1.0", 1});
     Channels set(file);
     set.add("wheel.position", "m", 3);
     set.add("wheel.orientation", "1", 4);

@@ -1,5 +1,6 @@
 #pragma once
-// Invented results in the form that `grouser run` and `grouser rig` leave behind: plausible to look at, made of formulas, no physics.
+// Invented results in the form that `grouser run` and `grouser rig` leave behind: plausible to look at, made of
+// formulas, no physics.
 #include <filesystem>
 #include <string>
 
@@ -7,9 +8,9 @@ namespace grouser::test {
 
 struct FakeRun {
   std::string terrain = "bekker.steady";
-  double duration = 10;       ///< [s]
-  double rate = 200;          ///< [Hz]
-  double sinkage = 0.014;     ///< [m] mean
+  double duration = 10;    ///< [s]
+  double rate = 200;       ///< [Hz]
+  double sinkage = 0.014;  ///< [m] mean
   std::string status = "finished";
 };
 

@@ -102,7 +102,8 @@ TEST_F(Report, KeepsMissingValuesConstantsAndExtremes) {
   report::Pack pack;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<double> constant(5, 1.0 / 3), holes{nan, -1e9, nan, 1e9, 0.0}, one{2.5}, none;
-  const json a = pack.add(constant), b = pack.add(holes), c = pack.add(one), d = pack.add(none), e = pack.add_fixed(holes, 1.0);
+  const json a = pack.add(constant), b = pack.add(holes), c = pack.add(one), d = pack.add(none),
+             e = pack.add_fixed(holes, 1.0);
   const auto block = unpack(pack.base64());
   EXPECT_EQ(decode(block, a), constant);
   const auto back = decode(block, b);
@@ -129,7 +130,8 @@ TEST_F(Report, ThinningKeepsThePeakOfALongRun) {
   }
   const std::string html = report({"long"});
   const json header = json::parse(script_content(html, "header"));
-  const auto y = decode(unpack(script_content(html, "block-0")), header["runs"][0]["channels"]["vehicle.speed"]["data"]);
+  const auto y =
+      decode(unpack(script_content(html, "block-0")), header["runs"][0]["channels"]["vehicle.speed"]["data"]);
   EXPECT_LE(y.size(), 4000u);
   EXPECT_NEAR(*std::max_element(y.begin(), y.end()), 9.0, 1e-3);
   EXPECT_EQ(header["runs"][0]["thinned"], true);
@@ -184,7 +186,8 @@ TEST_F(Report, OfAStoppedRunSaysSo) {
 TEST_F(Report, TextsCannotBreakOutOfThePage) {
   fs::create_directories(folder_ / "a");
   {
-    Recorder file = Recorder::create(folder_ / "a" / "run.h5", {"run", "</script><b>", "A </title> & </script>", "rigid", "0", 1});
+    Recorder file =
+        Recorder::create(folder_ / "a" / "run.h5", {"run", "</script><b>", "A </title> & </script>", "rigid", "0", 1});
     file.add_channel({"vehicle.speed", "m/s", "", "", 1});
     file.set_attribute("status", "finished");
   }
@@ -211,8 +214,10 @@ TEST_F(Report, RigHoldsSweepMeasuredErrorsAndCases) {
 TEST_F(Report, FolderWithoutResultsIsNamedWithTheRemedy) {
   fs::create_directories(folder_ / "empty");
   EXPECT_THAT(message_of(folder_ / "empty"),
-              AllOf(HasSubstr((folder_ / "empty").string()), HasSubstr("neither run.h5 nor sweep.csv"), HasSubstr("grouser run")));
-  EXPECT_THAT(message_of(folder_ / "nothing"), AllOf(HasSubstr((folder_ / "nothing").string()), HasSubstr("is not a folder")));
+              AllOf(HasSubstr((folder_ / "empty").string()), HasSubstr("neither run.h5 nor sweep.csv"),
+                    HasSubstr("grouser run")));
+  EXPECT_THAT(message_of(folder_ / "nothing"),
+              AllOf(HasSubstr((folder_ / "nothing").string()), HasSubstr("is not a folder")));
   EXPECT_THROW(write_report({}, folder_ / "report.html"), ResultsError);
   write_fake_run(folder_ / "a", {.duration = 1});
   EXPECT_THROW(write_report({folder_ / "a"}, folder_ / "no" / "such" / "report.html"), ResultsError);

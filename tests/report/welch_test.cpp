@@ -27,7 +27,8 @@ TEST(Welch, AreaUnderASinusoidIsHalfItsAmplitudeSquared) {
     x[i] = 5 + amplitude * std::sin(2 * std::numbers::pi * f * static_cast<double>(i) / rate);
   const Spectrum s = welch(x, rate);
   // The Hann line is four bins wide; 1 % covers its side lobes for a frequency between bins.
-  EXPECT_NEAR(area(s, f - 5 * s.resolution, f + 5 * s.resolution), amplitude * amplitude / 2, 0.01 * amplitude * amplitude / 2);
+  EXPECT_NEAR(area(s, f - 5 * s.resolution, f + 5 * s.resolution), amplitude * amplitude / 2,
+              0.01 * amplitude * amplitude / 2);
   // The mean, 5, would bring 25 near zero; what leaks from the line there is far below a thousandth of it.
   EXPECT_LT(area(s, 0, 1), 0.001 * amplitude * amplitude / 2);
   std::size_t top = 0;

@@ -1,9 +1,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "rig_case.h"
-#include "rig_parts.h"
+#include "visual_mesh.h"
 
 namespace grouser::vehicle {
 
@@ -51,6 +52,24 @@ void write_ground(Recorder& file, const RigSpec& spec, const RigCase& c) {
   file.write_static({"ground.height", "m", "undisturbed height", "W", 1}, h, {ys.size(), xs.size()});
 }
 
+/// The wheel as a vehicle of one body, for the mesh that vehicles show.
+void write_wheel_mesh(Recorder& file, const RunningGear& gear) {
+  VehicleSpec v;
+  v.links.resize(1);
+  v.joints.resize(1);
+  v.wheels.push_back({"wheel", 0, 0, gear});
+  const VisualMesh m = visual_mesh(v, 0);
+  file.write_static({"mesh.wheel.vertices", "m", "shape for the 3-D view", "B"}, m.vertices, {m.vertices.size() / 3, 3});
+  file.write_static({"mesh.wheel.triangles", "1", "vertex indices", ""}, m.triangles, {m.triangles.size() / 3, 3});
+}
+
+std::string assumptions_json(const std::vector<Assumption>& list) {
+  nlohmann::json out = nlohmann::json::array();
+  for (const Assumption& a : list)
+    out.push_back({{"file", std::filesystem::path(a.file).filename().string()}, {"key", a.key}, {"value", a.value}, {"why", a.why}});
+  return out.dump();
+}
+
 }  // namespace
 
 std::string case_name(const RigCase& c) {
@@ -88,7 +107,7 @@ RigRecord::RigRecord(const RigSpec& spec, const RigCase& c, const std::filesyste
   file_->set_attribute("assumptions", assumptions_json(spec.assumptions));
   file_->set_attribute("status", "running");
   write_ground(*file_, spec, c);
-  write_gear_mesh(*file_, "wheel", spec.wheel);
+  write_wheel_mesh(*file_, spec.wheel);
 }
 
 RigRecord::~RigRecord() {

@@ -20,6 +20,12 @@ std::string short_number(double x, const char* unit) {
   return buf;
 }
 
+std::string load_text(double load) {
+  char buf[32];
+  std::snprintf(buf, sizeof buf, "%.4g N", load);
+  return buf;
+}
+
 /// Keep the text of a file that the rig file names.
 void keep_text(RigSpec& rig, const std::filesystem::path& path) {
   std::ifstream in(path);
@@ -91,7 +97,7 @@ void read_slip_cases(RigSpec& rig, const ConfigNode& root, const Sweep& s, const
       for (const double slip : slips) {
         RigCase c;
         c.load = load;
-        c.group = short_number(load, "N, ") + std::string(slip_definition_name(d));
+        c.group = load_text(load) + ", " + std::string(slip_definition_name(d));
         c.slip = slip;
         c.definition = d;
         try {
@@ -117,7 +123,7 @@ void read_torque_cases(RigSpec& rig, const ConfigNode& root, const Sweep& s) {
       RigCase c;
       c.mode = RigCase::Mode::torque;
       c.load = load;
-      c.group = short_number(load, "N");
+      c.group = load_text(load);
       c.slip = std::numeric_limits<double>::quiet_NaN();
       c.travel_speed = s.travel_speed.value_or(0);
       c.torque = torque;
@@ -133,7 +139,7 @@ void read_dig_cases(RigSpec& rig, const ConfigNode& root, const Sweep& s) {
     RigCase c;
     c.mode = RigCase::Mode::dig;
     c.load = load;
-    c.group = short_number(load, "N");
+    c.group = load_text(load);
     c.slip = 1;
     c.angular_speed = s.angular_speed.value_or(0);
     add_case(rig, c, s);

@@ -55,7 +55,7 @@ class Mobility {
 
   /// W is state as long as it is not computed afresh in each step.
   void traverse(State& s, const std::vector<HostBody>& hosts) {
-    if (s.loading() && topology_changed(hosts)) build_groups(hosts);
+    if (topology_changed(hosts)) build_groups(hosts);  // also when saved before the first step
     s.field("age", age_);
     for (WheelGroup& g : groups_) {
       std::vector<double> w(g.W.data(), g.W.data() + g.W.size());
