@@ -39,9 +39,10 @@ std::string check_yaml(const fs::path& file) {
     doc.check();
     return "ground";
   }
-  throw ConfigError(file.string(), root.line(), root.column(),
-                    "cannot tell what this file is; it should begin with one of the keys scenario, rig, vehicle, wheel, "
-                    "soil, terrain, ground");
+  throw ConfigError(
+      file.string(), root.line(), root.column(),
+      "cannot tell what this file is; it should begin with one of the keys scenario, rig, vehicle, wheel, "
+      "soil, terrain, ground");
 }
 
 std::string check_hdf5(const fs::path& file) {
@@ -58,8 +59,9 @@ std::string check_one(const fs::path& file) {
   const std::string ext = file.extension().string();
   if (ext == ".h5") return check_hdf5(file);
   if (ext == ".urdf")
-    throw ConfigError(file.string(), 0, 0,
-                      "a URDF says nothing of wheels and motors; check the scenario that names this file and its wheels");
+    throw ConfigError(
+        file.string(), 0, 0,
+        "a URDF says nothing of wheels and motors; check the scenario that names this file and its wheels");
   return check_yaml(file);
 }
 

@@ -1,11 +1,10 @@
 // grouser doctor: this build, this machine, and a quarter of a second of every terrain model.
+#include <LinearMath/btScalar.h>
 #include <fmt/core.h>
 #include <sundials/sundials_config.h>
 #include <unistd.h>
 
 #include <Eigen/Core>
-#include <LinearMath/btScalar.h>
-
 #include <chrono>
 #include <thread>
 

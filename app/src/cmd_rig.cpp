@@ -13,19 +13,21 @@ namespace grouser::app {
 namespace {
 
 void print_rows(const vehicle::RigSummary& s) {
-  fmt::print("{:>8} {:>8}  {:>17}  {:>17}  {:>15}  {}\n", "slip", "rim", "drawbar [N]", "torque [N m]", "sinkage [mm]", "");
+  fmt::print("{:>8} {:>8}  {:>17}  {:>17}  {:>15}  {}\n", "slip", "rim", "drawbar [N]", "torque [N m]", "sinkage [mm]",
+             "");
   for (const vehicle::RigRow& r : s.rows)
-    fmt::print("{:>8.3f} {:>8.3f}  {:>8.2f} +- {:<5.2f}  {:>8.3f} +- {:<5.3f}  {:>6.2f} +- {:<5.2f}  {}\n", r.slip_symmetric,
-               r.slip_rim, r.drawbar_pull.mean, r.drawbar_pull.sd, r.driving_torque.mean, r.driving_torque.sd,
-               1e3 * r.sinkage.mean, 1e3 * r.sinkage.sd, r.stationary ? "" : "not stationary: " + r.note);
+    fmt::print("{:>8.3f} {:>8.3f}  {:>8.2f} +- {:<5.2f}  {:>8.3f} +- {:<5.3f}  {:>6.2f} +- {:<5.2f}  {}\n",
+               r.slip_symmetric, r.slip_rim, r.drawbar_pull.mean, r.drawbar_pull.sd, r.driving_torque.mean,
+               r.driving_torque.sd, 1e3 * r.sinkage.mean, 1e3 * r.sinkage.sd,
+               r.stationary ? "" : "not stationary: " + r.note);
 }
 
 void print_errors(const vehicle::RigSummary& s) {
   if (s.errors.empty()) return;
   fmt::print("against the measured values\n");
   for (const vehicle::RigErrorRow& e : s.errors)
-    fmt::print("  {:<24} {:<16} rmse {:8.3f} {}, bias {:+8.3f} {}, measured range {:.3f} {}\n", e.group, e.channel, e.rmse,
-               e.unit, e.bias, e.unit, e.measured_range, e.unit);
+    fmt::print("  {:<24} {:<16} rmse {:8.3f} {}, bias {:+8.3f} {}, measured range {:.3f} {}\n", e.group, e.channel,
+               e.rmse, e.unit, e.bias, e.unit, e.measured_range, e.unit);
 }
 
 }  // namespace
@@ -41,7 +43,9 @@ int rig(const RigArguments& a) {
   o.slips = a.slips;
   claim_folder(o.out, a.overwrite);
   ProgressLine line(a.quiet);
-  o.progress = [&](double done, double total, double wall) { line.update(a.rig.stem().string(), done, total, wall, "s"); };
+  o.progress = [&](double done, double total, double wall) {
+    line.update(a.rig.stem().string(), done, total, wall, "s");
+  };
   const vehicle::RigSummary s = vehicle::run_rig(a.rig, all_models(), o);
   print_rows(s);
   print_errors(s);

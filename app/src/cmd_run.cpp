@@ -1,5 +1,6 @@
 // grouser run, resume, report.
 #include <fmt/core.h>
+
 #include <algorithm>
 #include <cstdio>
 
@@ -87,9 +88,7 @@ int run(const RunArguments& a) {
 
 int resume(const fs::path& folder, int threads, bool quiet) {
   ProgressLine line(quiet);
-  const auto progress = [&](const vehicle::Progress& p) {
-    line.update("resumed", p.time, p.duration, p.wall_s, "s");
-  };
+  const auto progress = [&](const vehicle::Progress& p) { line.update("resumed", p.time, p.duration, p.wall_s, "s"); };
   const auto summary = keep_what_was_written(
       folder, false, [&] { return vehicle::resume_run(folder, all_models(), threads, progress); });
   print_summary(summary);

@@ -40,7 +40,9 @@ int parse_and_run(int argc, char** argv) {
   auto* rig_cmd = cli.add_subcommand("rig", "single-wheel rig: slip sweep, imposed torque or digging");
   rig_cmd->add_option("rig", rig_args.rig, "rig file")->required();
   rig_cmd->add_option("--terrain", rig_args.terrain, "terrain model instead of the rig's");
-  rig_cmd->add_option("--slips", rig_args.slips, "slips instead of the rig's, comma separated, in the rig's own definition")
+  rig_cmd
+      ->add_option("--slips", rig_args.slips,
+                   "slips instead of the rig's, comma separated, in the rig's own definition")
       ->delimiter(',');
   rig_cmd->add_option("--integrator", rig_args.integrator, "fixed (Bullet, as a vehicle) or cvode (reference)")
       ->check(CLI::IsMember({"fixed", "cvode"}));
@@ -62,7 +64,8 @@ int parse_and_run(int argc, char** argv) {
 
   std::vector<std::filesystem::path> check_files;
   auto* check_cmd = cli.add_subcommand("check", "check input files and name every error with line and column");
-  check_cmd->add_option("files", check_files, "scenario, rig, soil, wheel, vehicle, ground, URDF or run file")->required();
+  check_cmd->add_option("files", check_files, "scenario, rig, soil, wheel, vehicle, ground, URDF or run file")
+      ->required();
   check_cmd->callback([&] { code = check(check_files); });
 
   std::string list_what, list_id;
@@ -85,7 +88,8 @@ int parse_and_run(int argc, char** argv) {
   compare_cmd->add_option("-o,--out", compare_out, "file");
   compare_cmd->callback([&] { code = report(compare_folders, compare_out); });
 
-  auto* doctor_cmd = cli.add_subcommand("doctor", "check this build and machine: libraries, files, every terrain model");
+  auto* doctor_cmd =
+      cli.add_subcommand("doctor", "check this build and machine: libraries, files, every terrain model");
   doctor_cmd->callback([&] { code = doctor(); });
 
   std::vector<std::string> commands;

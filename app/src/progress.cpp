@@ -30,8 +30,10 @@ void ProgressLine::update(const std::string& head, double done, double total, do
   last_ = wall;
   const double rate = wall > 0 ? done / wall : 0;
   const double left = rate > 0 ? (total - done) / rate : 0;
-  const std::string speed = unit == "s" ? fmt::format("{:.1f}x real time", rate) : fmt::format("{:.2f} {}/s", rate, unit);
-  const std::string line = fmt::format("{}  {:.2f} of {:.2f} {}  {}  {} left", head, done, total, unit, speed, clock_text(left));
+  const std::string speed =
+      unit == "s" ? fmt::format("{:.1f}x real time", rate) : fmt::format("{:.2f} {}/s", rate, unit);
+  const std::string line =
+      fmt::format("{}  {:.2f} of {:.2f} {}  {}  {} left", head, done, total, unit, speed, clock_text(left));
   if (terminal_) {
     fmt::print(stderr, "\r{:<78}", line);
     drawn_ = true;

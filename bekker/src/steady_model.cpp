@@ -20,12 +20,15 @@ samples_per_radius: 24   # [1] 4..400 ground samples per wheel radius
 SteadyOptions read(const ConfigNode& o) {
   SteadyOptions s;
   if (!o.present()) return s;
-  if (o.choice_or("theta_m_law", "linear", {"linear", "wong_braking"}) == "wong_braking") s.theta_m_law = ThetaMLaw::wong_braking;
+  if (o.choice_or("theta_m_law", "linear", {"linear", "wong_braking"}) == "wong_braking")
+    s.theta_m_law = ThetaMLaw::wong_braking;
   const ConfigNode width = o.node("reference_width");
   if (width.present()) {
     const std::string word = width.is_scalar() ? width.as_text() : "";
-    if (word == "wheel") s.reference_width = 0;
-    else if (word != "soil") s.reference_width = width.as_quantity("m", Range::positive());
+    if (word == "wheel")
+      s.reference_width = 0;
+    else if (word != "soil")
+      s.reference_width = width.as_quantity("m", Range::positive());
   }
   s.relaxation_length = o.quantity_or("relaxation_length", 1, "1", Range::between(0.01, 100));
   s.quadrature.points = static_cast<int>(o.integer_or("points", 10, 4, 96));
@@ -40,8 +43,8 @@ class Steady final : public Terrain {
  public:
   Steady(const BekkerSoil& soil, const SteadyOptions& options, GroundPtr ground)
       : Terrain(std::move(ground)), soil_(soil), options_(options) {
-    declare_effect({"vertical_damping", "pressure grows with the rate of sinkage, sigma (1 + chi h'), never tensile", "s/m", 0, 10, 0,
-                    "Hunt & Crossley 1975"});
+    declare_effect({"vertical_damping", "pressure grows with the rate of sinkage, sigma (1 + chi h'), never tensile",
+                    "s/m", 0, 10, 0, "Hunt & Crossley 1975"});
   }
   std::string id() const override { return "bekker.steady"; }
   Capabilities capabilities() const override { return {}; }
@@ -65,6 +68,7 @@ class Steady final : public Terrain {
       stored += w.state().elastic + w.state().stick;
       ledger().dissipated += w.spent();
       ledger().integration += w.integration();
+      ledger().external += w.placed();
     }
     ledger().stored = stored;
   }
@@ -84,10 +88,12 @@ class Steady final : public Terrain {
     for (std::size_t i = 0; i < wheels_.size(); ++i) {
       const auto group = s.group("wheel" + std::to_string(i));
       SteadyWheel::State& w = wheels_[i].state();
-      s.field("shear_displacement", w.u);
+      s.field("shear_displacement", w.shear.u);
+      s.field("largest_shear_displacement", w.shear.y);
       s.field("direction", w.direction);
       s.field("slip", w.slip);
       s.field("elastic", w.elastic);
+      s.field("fresh", w.fresh);
       s.field("stick", w.stick);
     }
   }
@@ -101,17 +107,20 @@ class Steady final : public Terrain {
 }  // namespace
 
 ModelInfo steady_model() {
-  return {"bekker.steady",
-          "steady Bekker-Wong wheel by quadrature, with stick at rest",
-          "sinkage, drawbar pull, torque and side force of smooth wheels on any ground shape; parks on slopes; reverses",
-          "no soil memory (ruts, multi-pass), no lugs yet (carried as the cylinder over the lugs), no bulldozing; cylinders only",
-          kDefaults,
-          [](const TerrainArgs& a) -> std::unique_ptr<Terrain> {
-            const SteadyOptions options = read(a.options);
-            if (!a.soil.bekker)
-              throw std::invalid_argument("soil '" + a.soil.name + "' has no 'bekker:' section, which model bekker.steady needs");
-            return std::make_unique<Steady>(*a.soil.bekker, options, a.ground);
-          }};
+  return {
+      "bekker.steady",
+      "steady Bekker-Wong wheel by quadrature, with stick at rest",
+      "sinkage, drawbar pull, torque and side force of smooth wheels on any ground shape; parks on slopes; reverses",
+      "no soil memory (ruts, multi-pass), no lugs yet (carried as the cylinder over the lugs), no bulldozing; "
+      "cylinders only",
+      kDefaults,
+      [](const TerrainArgs& a) -> std::unique_ptr<Terrain> {
+        const SteadyOptions options = read(a.options);
+        if (!a.soil.bekker)
+          throw std::invalid_argument("soil '" + a.soil.name +
+                                      "' has no 'bekker:' section, which model bekker.steady needs");
+        return std::make_unique<Steady>(*a.soil.bekker, options, a.ground);
+      }};
 }
 
 }  // namespace grouser::bekker

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace grouser::bekker {
 
 namespace {
 
-constexpr double kFull = 1e-9;  // floor of 1 - |u|/K: beyond it exp(-j/K) has underflown but within micrometres of the entry
+constexpr double kFull =
+    1e-9;  // floor of 1 - |u|/K: beyond it exp(-j/K) has underflown but within micrometres of the entry
 
 SoilLaw resolve(BekkerSoil soil, const WheelSize& size, const SteadyOptions& o) {
   if (o.reference_width >= 0) soil.pressure.reference_width = o.reference_width;
@@ -17,15 +19,19 @@ SoilLaw resolve(BekkerSoil soil, const WheelSize& size, const SteadyOptions& o) 
 }  // namespace
 
 SteadyWheel::SteadyWheel(const BekkerSoil& soil, WheelSize size, double slip_radius, const SteadyOptions& options)
-    : size_(size), slip_radius_(slip_radius), soil_(resolve(soil, size, options)), options_(options), finder_(options.patch),
+    : size_(size),
+      slip_radius_(slip_radius),
+      soil_(resolve(soil, size, options)),
+      options_(options),
+      finder_(options.patch),
       table_(size, soil_, options.quadrature.points) {}
 
 SteadyWheel::Blend SteadyWheel::blend(double theta_f, ShearState e, double pressure_factor) const {
   Blend b;
   b.by_e.setZero();
   const auto add = [&](double share, double sign) {
-    const WheelForces f = steady_forces(size_, soil_, theta_f, {sign * e.t, e.l}, sign * state_.slip, options_.quadrature,
-                                        pressure_factor);
+    const WheelForces f = steady_forces(size_, soil_, theta_f, {sign * e.t, e.l}, sign * state_.slip,
+                                        options_.quadrature, pressure_factor);
     // Mirror x -> -x: Fx, My, Mz and the derivative's own e_t change sign.
     const std::array<double, 6> w{f.Fx, f.Fy, f.Fz, f.Mx, f.My, f.Mz};
     static constexpr std::array<bool, 6> odd{true, false, false, false, true, true};
@@ -46,15 +52,18 @@ SteadyWheel::Blend SteadyWheel::blend(double theta_f, ShearState e, double press
   return b;
 }
 
-void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const SteadyEffects& effects, double dt, BodyResult& result) {
+void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const SteadyEffects& effects, double dt,
+                          BodyResult& result) {
   const ContactPatch patch = finder_.find(m.pose, ground);
   const State before = state_;
-  spent_ = integration_ = 0;
+  spent_ = integration_ = placed_ = 0;
+  const bool fresh = std::exchange(state_.fresh, false);
   if (!patch.contact) {
     clear_result(result);
     integration_ = before.elastic;  // released within the step, past its last impulse
     spent_ = before.stick;
     state_ = {};
+    state_.fresh = false;
     return;
   }
   const double r = size_.radius;
@@ -66,11 +75,12 @@ void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const Stea
 
   // States S2, S4, S5 over the step, exact for constant velocities.
   const double length = r * patch.angle, sigma = options_.relaxation_length * length, K = soil_.shear_displacement();
-  const double speed = slide.norm(), rho = std::abs(roll) / sigma, rate = rho + speed / K;
-  const double x = rate * dt, keep = std::exp(-x), share = x > 1e-8 ? -std::expm1(-x) / x : 1.0;
-  state_.u = before.u * keep + slide * (share * dt);
-  const double q = std::min(state_.u.norm() / K, 1.0), free = std::max(1 - q, kFull);
-  const ShearState e{state_.u.x() / (sigma * free), state_.u.y() / (sigma * free)};
+  const double rho = std::abs(roll) / sigma;
+  const StickStep stick = grouser::bekker::advance(before.shear, slide, rho, K, dt);
+  state_.shear = stick.end;
+  const Vec2& u = state_.shear.u;
+  const double q = std::min(u.norm() / K, 1.0), free = std::max(1 - q, kFull);
+  const ShearState e{u.x() / (sigma * free), u.y() / (sigma * free)};
   const double travel = std::exp(-std::abs(V.x()) * dt / length);
   const double heading = V.x() < 0 ? -1.0 : 1.0;
   state_.direction = heading + (before.direction - heading) * travel;
@@ -98,34 +108,43 @@ void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const Stea
   Mat6 dv = Mat6::Zero();
   if (chi > 0 && factor > 0) dv -= chi * (b.pressure_z / factor) * patch.g * patch.g.transpose();
   // Tangential: dW/de . de/du . du/d(slide): a spring in what the step adds to u, a damper in what rolling takes off again.
-  const Vec2 uh = state_.u.norm() > 0 ? Vec2(state_.u / state_.u.norm()) : Vec2(Vec2::Zero());
-  const Vec2 vh = speed > 0 ? Vec2(slide / speed) : Vec2(Vec2::Zero());
+  const Vec2 uh = u.norm() > 0 ? Vec2(u / u.norm()) : Vec2(Vec2::Zero());
   const Eigen::Matrix2d de_du = (Eigen::Matrix2d::Identity() + uh * uh.transpose() * (q / free)) / (sigma * free);
-  const Eigen::Matrix2d du_dv = share * (Eigen::Matrix2d::Identity() - (state_.u / K) * vh.transpose());
-  const Eigen::Matrix<double, 6, 2> W_u = b.by_e * de_du * du_dv;
+  const Eigen::Matrix<double, 6, 2> W_u = b.by_e * de_du * stick.du_dv;
   const Vec3 contact = patch.arm_W - r * patch.normal_W;
   Eigen::Matrix<double, 6, 2> row;  // slide = (-row0 . V, row1 . V)
   row.col(0) << -patch.forward_W, -contact.cross(patch.forward_W);
   row.col(1) << patch.lateral_W, contact.cross(patch.lateral_W);
-  const double stick = std::exp(-rho * dt);
+  const double kept = std::exp(-rho * dt);
   for (int i = 0; i < 2; ++i) {
     const Vec6 column = lambda * to_world(W_u.col(i));
     if (row.col(i).dot(column) >= 0) continue;  // softening (types B and C past the peak) is left to the explicit part
     const Mat6 term = column * row.col(i).transpose();
-    dx += stick * term;
-    dv += (dt * (1 - stick)) * term;
+    dx += kept * term;
+    dv += (dt * (1 - kept)) * term;
   }
 
   // Energy: power of the stresses over the arc; the recoverable part of the pressure and the stick are functions of the state.
-  const double power = lambda * (-(b.pressure_x * V.x() + b.pressure_z * V.z()) -
-                                 ((b.W[0] - b.pressure_x) * V.x() + b.W[1] * V.y() + (b.W[2] - b.pressure_z) * V.z() +
-                                  b.W.tail<3>().dot(w)));
+  const double power =
+      lambda *
+      (-(b.pressure_x * V.x() + b.pressure_z * V.z()) -
+       ((b.W[0] - b.pressure_x) * V.x() + b.W[1] * V.y() + (b.W[2] - b.pressure_z) * V.z() + b.W.tail<3>().dot(w)));
   const ElasticTable::Value elastic = table_.at(patch.sinkage);
   const double recoverable = elastic.force * sink_rate * dt;
   state_.elastic = elastic.energy;
-  state_.stick = 0.5 * K * lambda * b.capacity * q * q;
-  spent_ = power * dt - recoverable - (state_.stick - before.stick);
-  integration_ = recoverable - (state_.elastic - before.elastic);
+  // Stick: gradient of its potential at the end times the change of u, and the work of a shear capacity that changes with the load.
+  const double capacity = lambda * b.capacity, q_before = before.shear.u.norm() / K;
+  const double capacity_before = q_before > 0 ? 2 * before.stick / (K * q_before * q_before) : capacity;
+  const Vec2 du = u - before.shear.u;
+  state_.stick = 0.5 * K * capacity * q * q;
+  spent_ = power * dt - recoverable - capacity / K * u.dot(du) - 0.5 * K * q * q * (capacity - capacity_before);
+  // End-of-step forces times displacements exceed the change of a potential by half its curvature times the displacement squared.
+  // At touch-down the force also counts for the part of the step before contact.
+  const double sink = sink_rate * dt, inside = std::min(sink, patch.sinkage);
+  if (fresh && patch.sinkage > inside) placed_ = table_.at(patch.sinkage - inside).energy;
+  integration_ = elastic.force * (sink - inside) +
+                 0.5 * (soil_.n + 0.5) * elastic.force / patch.sinkage * inside * inside +
+                 0.5 * capacity_before / K * du.squaredNorm();
 
   fill_result(m, patch, {wrench.head<3>(), wrench.tail<3>()}, dx, dv, dt, result);
   const Slip slip = grouser::slip_of(slip_radius_ * m.spin, V.x(), V.y());

@@ -3,15 +3,16 @@
 #include "elastic_table.h"
 #include "grouser/bekker/wheel_forces.h"
 #include "grouser/terrain/wheel_motion.h"
+#include "stick.h"
 
 namespace grouser::bekker {
 
 struct SteadyOptions {
   PatchOptions patch;
   ThetaMLaw theta_m_law = ThetaMLaw::linear;
-  double relaxation_length = 1;   ///< sigma / contact length [-]
+  double relaxation_length = 1;  ///< sigma / contact length [-]
   Quadrature quadrature;
-  double reference_width = -1;    ///< [m]; -1 the soil's, 0 the wheel's own
+  double reference_width = -1;  ///< [m]; -1 the soil's, 0 the wheel's own
 };
 
 /// Amplitudes of the optional physics; each later effect is one more member and one more line where it acts.
@@ -24,25 +25,28 @@ class SteadyWheel {
  public:
   SteadyWheel(const BekkerSoil& soil, WheelSize size, double slip_radius, const SteadyOptions& options);
 
-  /// Advance the states by dt and answer. The energies of the step are left in spent() and integration().
-  void advance(const WheelMotion& motion, const Ground& ground, const SteadyEffects& effects, double dt, BodyResult& result);
+  /// Advance the states by dt and answer. The energies of the step are left in spent(), integration() and placed().
+  void advance(const WheelMotion& motion, const Ground& ground, const SteadyEffects& effects, double dt,
+               BodyResult& result);
 
   struct State {
-    Vec2 u = Vec2::Zero();       ///< (forward, lateral) [m]
-    double direction = 0;        ///< d
-    double slip = 0;             ///< s of the stress distribution
+    Stick shear;
+    double direction = 0;           ///< d
+    double slip = 0;                ///< s of the stress distribution
     double elastic = 0, stick = 0;  ///< stored [J]
+    bool fresh = true;              ///< no step yet
   };
   State& state() { return state_; }
   const State& state() const { return state_; }
   double spent() const { return spent_; }
   double integration() const { return integration_; }
+  double placed() const { return placed_; }  ///< [J] held when the wheel was set down
   const WheelSize& size() const { return size_; }
 
  private:
   struct Blend {
-    Vec6 W = Vec6::Zero();                                     ///< (F, M) in (t, l, n) about the force line's origin
-    Eigen::Matrix<double, 6, 2, Eigen::DontAlign> by_e;        ///< dW/d(e_t, e_l)
+    Vec6 W = Vec6::Zero();                               ///< (F, M) in (t, l, n) about the force line's origin
+    Eigen::Matrix<double, 6, 2, Eigen::DontAlign> by_e;  ///< dW/d(e_t, e_l)
     double pressure_x = 0, pressure_z = 0, capacity = 0, theta_r = 0;
   };
   Blend blend(double theta_f, ShearState e, double pressure_factor) const;
@@ -54,7 +58,7 @@ class SteadyWheel {
   PatchFinder finder_;
   ElasticTable table_;
   State state_;
-  double spent_ = 0, integration_ = 0;
+  double spent_ = 0, integration_ = 0, placed_ = 0;
 };
 
 }  // namespace grouser::bekker

@@ -11,8 +11,10 @@ namespace grouser::bekker {
 
 namespace {
 
-constexpr double kLocked = 1e9;      // e of a locked wheel: exp(-j/K) underflows everywhere but within 1e-8 rad of the entry
-constexpr double kDirection = 1e-3;  // floor of |v_j| in derivatives of the stress direction: its true derivative is unbounded
+constexpr double kLocked =
+    1e9;  // e of a locked wheel: exp(-j/K) underflows everywhere but within 1e-8 rad of the entry
+constexpr double kDirection =
+    1e-4;  // floor of |v_j| in derivatives of the stress direction: its true derivative is unbounded
 
 struct Shear {
   double f, df;  // mobilised share and its derivative by j
@@ -45,7 +47,13 @@ struct Arc {
   ShearState e;
   double factor, sin_f, cos_f, stretch;
   Arc(const WheelSize& w, const SoilLaw& s, const ContactRange& r, ShearState es, double f)
-      : wheel(w), soil(s), range(r), e(es), factor(f), sin_f(std::sin(r.theta_f)), cos_f(std::cos(r.theta_f)),
+      : wheel(w),
+        soil(s),
+        range(r),
+        e(es),
+        factor(f),
+        sin_f(std::sin(r.theta_f)),
+        cos_f(std::cos(r.theta_f)),
         stretch(r.theta_m > r.theta_r ? (r.theta_f - r.theta_m) / (r.theta_m - r.theta_r) : 0) {}
 
   struct Point {
@@ -182,7 +190,8 @@ WheelForces integrate(const Arc& arc, int points) {
 }  // namespace
 
 SoilLaw SoilLaw::of(const BekkerSoil& soil, double wheel_width, ThetaMLaw law) {
-  return {soil.pressure.modulus(wheel_width), soil.pressure.n, soil.shear, std::tan(soil.shear.friction_angle), soil.angles, law};
+  return {soil.pressure.modulus(wheel_width),  soil.pressure.n, soil.shear,
+          std::tan(soil.shear.friction_angle), soil.angles,     law};
 }
 
 ShearState shear_state(double kappa, double beta) {
@@ -226,8 +235,8 @@ WheelForces steady_forces(const WheelSize& wheel, const SoilLaw& soil, double th
   return steady_forces(wheel, soil, theta_f, e, slip_of(e), q, pressure_factor);
 }
 
-WheelForces steady_forces(const WheelSize& wheel, const SoilLaw& soil, double theta_f, ShearState e, double slip, Quadrature q,
-                          double pressure_factor) {
+WheelForces steady_forces(const WheelSize& wheel, const SoilLaw& soil, double theta_f, ShearState e, double slip,
+                          Quadrature q, double pressure_factor) {
   WheelForces out;
   e.t = std::clamp(e.t, -kLocked, kLocked);
   e.l = std::clamp(e.l, -kLocked, kLocked);
@@ -252,16 +261,21 @@ WheelForces steady_forces(const WheelSize& wheel, const SoilLaw& soil, double th
   return out;
 }
 
-WheelForces steady_forces(const WheelSize& wheel, const SoilLaw& soil, double theta_f, double kappa, double beta, Quadrature q) {
+WheelForces steady_forces(const WheelSize& wheel, const SoilLaw& soil, double theta_f, double kappa, double beta,
+                          Quadrature q) {
   return steady_forces(wheel, soil, theta_f, shear_state(kappa, beta), q, 1);
 }
 
 std::string_view name_of(Equilibrium::Status status) {
   switch (status) {
-    case Equilibrium::Status::ok: return "ok";
-    case Equilibrium::Status::bad_argument: return "load and sizes must be positive and finite";
-    case Equilibrium::Status::too_soft: return "the soil does not carry the load with the wheel sunk to its hub";
-    case Equilibrium::Status::no_pressure: return "theta_m >= theta_f: the pressure law carries nothing";
+    case Equilibrium::Status::ok:
+      return "ok";
+    case Equilibrium::Status::bad_argument:
+      return "load and sizes must be positive and finite";
+    case Equilibrium::Status::too_soft:
+      return "the soil does not carry the load with the wheel sunk to its hub";
+    case Equilibrium::Status::no_pressure:
+      return "theta_m >= theta_f: the pressure law carries nothing";
   }
   return "";
 }

@@ -54,7 +54,8 @@ void drive(const std::filesystem::path& folder) {
     wheels[i] = make_body(2.5, cylinder, chassis->getCenterOfMassPosition() + hub);
     world.addRigidBody(wheels[i].get());
     // A motor that turns the wheel at 2 rad/s with at most 20 N m.
-    hinges[i] = std::make_unique<btHingeConstraint>(*chassis, *wheels[i], hub, btVector3(0, 0, 0), btVector3(0, 1, 0), btVector3(0, 1, 0));
+    hinges[i] = std::make_unique<btHingeConstraint>(*chassis, *wheels[i], hub, btVector3(0, 0, 0), btVector3(0, 1, 0),
+                                                    btVector3(0, 1, 0));
     hinges[i]->enableAngularMotor(true, -2, 20 * 0.001);
     world.addConstraint(hinges[i].get(), true);
     // (6) the soil carries this body
@@ -70,8 +71,8 @@ void drive(const std::filesystem::path& folder) {
   // (8) what a wheel feels: sinkage, slip, forces and torque come with each step
   for (int i = 0; i < 4; ++i) {
     const grouser::ContactReport& contact = soil.result(i).report;
-    std::printf("%-11s sinkage %.1f mm, slip %.2f, load %.0f N, drawbar pull %.1f N\n", names[i], 1e3 * contact.sinkage, contact.slip,
-                contact.normal_force, contact.drawbar_pull);
+    std::printf("%-11s sinkage %.1f mm, slip %.2f, load %.0f N, drawbar pull %.1f N\n", names[i], 1e3 * contact.sinkage,
+                contact.slip, contact.normal_force, contact.drawbar_pull);
   }
   std::printf("driven %.2f m on %s\n", chassis->getCenterOfMassPosition().x(), terrain->id().c_str());
 

@@ -10,13 +10,17 @@
 struct ViscousSoil final : grouser::Terrain {
   double k, c, drag;  // [N/m], [N s/m], [N s/m^2]
 
-  ViscousSoil(grouser::GroundPtr g, double k_, double c_, double drag_) : Terrain(std::move(g)), k(k_), c(c_), drag(drag_) {}
+  ViscousSoil(grouser::GroundPtr g, double k_, double c_, double drag_)
+      : Terrain(std::move(g)), k(k_), c(c_), drag(drag_) {}
   std::string id() const override { return "example.viscous"; }
-  grouser::Capabilities capabilities() const override { return {}; }  // no memory, linearises, force is a function of the motion
+  grouser::Capabilities capabilities() const override {
+    return {};
+  }  // no memory, linearises, force is a function of the motion
 
  protected:
   // Called with checked arguments. commit is false when somebody only wants to know: then leave state and ledger alone.
-  void do_step(const StepContext& ctx, std::span<const grouser::BodyMotion> motions, std::span<grouser::BodyResult> results) override {
+  void do_step(const StepContext& ctx, std::span<const grouser::BodyMotion> motions,
+               std::span<grouser::BodyResult> results) override {
     for (std::size_t i = 0; i < motions.size(); ++i) {
       grouser::BodyResult& out = results[i] = {};  // zero unless in contact
       const grouser::Pose X_WG = motions[i].X_WB_end * bodies()[i].X_BG;
@@ -24,7 +28,8 @@ struct ViscousSoil final : grouser::Terrain {
       const double depth = std::max(0.0, ground().height(X_WG.p.x(), X_WG.p.y()) + r - X_WG.p.z());
 
       const grouser::Vec3 v = motions[i].V_WB_end.v;
-      const double spring = k * depth, normal = depth > 0 ? std::max(0.0, spring - c * v.z()) : 0;  // ground pushes, never pulls
+      const double spring = k * depth,
+                   normal = depth > 0 ? std::max(0.0, spring - c * v.z()) : 0;  // ground pushes, never pulls
       const grouser::Vec3 f(-drag * depth * v.x(), -drag * depth * v.y(), normal);
       const double spin = motions[i].V_WB_end.w.y(), torque = -drag * depth * r * r * spin;
       out.impulse = ctx.dt * f;  // about the body's origin, W frame

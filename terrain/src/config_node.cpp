@@ -92,8 +92,10 @@ std::optional<Scalar> ConfigNode::Impl::scalar() const {
   if (!bare) return std::nullopt;
   const Impl& b = *bare->impl_;
   if (!b.node.IsScalar()) {
-    if (is_null(b.node)) note(b.line, b.column, prefix(path) + "a value is missing after the ':'");
-    else note(b.line, b.column, prefix(path) + "a single value is wanted, not a " + (b.node.IsMap() ? "map" : "list"));
+    if (is_null(b.node))
+      note(b.line, b.column, prefix(path) + "a value is missing after the ':'");
+    else
+      note(b.line, b.column, prefix(path) + "a single value is wanted, not a " + (b.node.IsMap() ? "map" : "list"));
     return std::nullopt;
   }
   return Scalar{b.node.Scalar(), path, b.line, b.column};

@@ -10,8 +10,21 @@ namespace {
 /// Overlap of one disc with the ground below a polyline, in the wheel plane, hub at the origin.
 struct Overlap {
   double area = 0;
-  double dx = 0, dw = 0;          ///< chord vector: sum over the pieces inside, left to right
-  double int_x = 0, int_w = 0;    ///< integrals of x dx and w dx over the pieces inside
+  double dx = 0, dw = 0;        ///< chord vector: sum over the pieces inside, left to right
+  double int_x = 0, int_w = 0;  ///< integrals of x dx and w dx over the pieces inside
+};
+
+/// Mean of the discs' areas that lets a disc in gently: p(mean) = mean of p(a_i), p' = d/(r kTouch) while a disc is less than that deep
+/// (a ~ d^(3/2)) and 1 beyond. The chord of a disc starts as sqrt(d); with p' it starts as d^(3/2), as that of a strip of finite width
+/// which touches with its edge. Otherwise a tilted wheel whose weight is just carried where a disc touches has a force without a slope
+/// there, and no host's step can hold it still. Equal discs, and discs that are all in, are untouched.
+constexpr double kTouch = 0.01;
+struct TouchMean {
+  double full;  ///< area at the depth r kTouch [m^2]
+  explicit TouchMean(double r) : full(4.0 / 3 * std::sqrt(2 * kTouch) * kTouch * r * r) {}
+  double share(double a) const { return a < full ? std::cbrt(a / full * (a / full)) : 1.0; }  // p'
+  double to(double a) const { return a < full ? 0.6 * a * share(a) : a - 0.4 * full; }        // p
+  double from(double p) const { return p < 0.6 * full ? full * std::pow(p / (0.6 * full), 0.6) : p + 0.4 * full; }
 };
 
 /// Angle of a point of the circle from the bottom, positive to +x.
@@ -137,6 +150,7 @@ ContactPatch PatchFinder::find(const WheelPose& wheel, const Ground& ground) {
   const double denominator = z_C.z() - slope * z_C.dot(side);  // grad S . z_C
   const double q = (y_C.z() - slope * y_C.dot(side)) / denominator;
 
+  const TouchMean touch(r);
   double area = 0, centre_x = 0, centre_w = 0, centre_y = 0, length = 0;
   Vec3 c = Vec3::Zero(), m = Vec3::Zero();
   for (int i = 0; i < strips; ++i) {
@@ -146,18 +160,19 @@ ContactPatch PatchFinder::find(const WheelPose& wheel, const Ground& ground) {
     for (int k = 0; k < n; ++k) w[k] = (w[k] + slope * r * z_C.dot(side) - hub_z) / denominator;
     const Overlap o = overlap(r, x0, spacing, w, n);
     if (!(o.dx > 0) && !(o.area > 0)) continue;
-    area += o.area;
-    const Vec3 ci = -o.dw * x_C + o.dx * q * y_C + o.dx * z_C;
+    area += touch.to(o.area);
+    const double share = touch.share(o.area);
+    const Vec3 ci = share * (-o.dw * x_C + o.dx * q * y_C + o.dx * z_C);
     c += ci;
-    m += y * y_C.cross(ci) + q * (o.int_x * z_C - o.int_w * x_C);
-    centre_x += o.int_x;
-    centre_w += o.int_w;
-    centre_y += y * o.dx;
-    length += o.dx;
+    m += y * y_C.cross(ci) + share * q * (o.int_x * z_C - o.int_w * x_C);
+    centre_x += share * o.int_x;
+    centre_w += share * o.int_w;
+    centre_y += share * y * o.dx;
+    length += share * o.dx;
   }
   const double size = c.norm();
   if (!(area > 0) || !(size > 0) || !(length > 0)) return patch;
-  area /= strips;
+  area = touch.from(area / strips);
 
   patch.contact = true;
   patch.area = area;
@@ -165,7 +180,7 @@ ContactPatch PatchFinder::find(const WheelPose& wheel, const Ground& ground) {
   const double half = std::sin(0.5 * patch.angle);
   patch.sinkage = 2 * r * half * half;
   patch.chord = 2 * r * std::sin(patch.angle);
-  const double scale = 1 / (strips * patch.chord);
+  const double scale = 1 / (strips * patch.chord * touch.share(area));
   patch.length_ratio = size * scale;
   patch.g.head<3>() = c * scale;
   patch.g.tail<3>() = m * scale;

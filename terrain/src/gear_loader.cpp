@@ -29,8 +29,10 @@ LuggedCylinder load_lugged(const ConfigNode& root) {
   l.lug_count = static_cast<int>(root.integer("lug_count", 1, 10000));
   const auto ratio = root.optional_quantity("lug_ratio", "1", Range::between(0, 1));
   const bool concave = root.choice_or("tread", "flat", {"flat", "concave"}) == "concave";
-  if (concave) l.tread_radius = root.quantity("tread_radius", "mm", length);
-  else if (root.has("tread_radius")) root.error_at("tread_radius", "belongs to 'tread: concave'");
+  if (concave)
+    l.tread_radius = root.quantity("tread_radius", "mm", length);
+  else if (root.has("tread_radius"))
+    root.error_at("tread_radius", "belongs to 'tread: concave'");
   l.closed_sides = static_cast<int>(root.integer_or("closed_sides", 2, 0, 2));
   l.sidewall_height = root.quantity_or("sidewall_height", 0, "mm", {0, 10, false, false});
   if (root.errors() != before) return l;

@@ -35,8 +35,10 @@ class Faults {
     if (n <= shown) out_.push_back({file_, line, line > 0 ? 1 : 0, message});
   }
   void triangle(const RawMesh& m, const Triangle& t, const std::string& message) {
-    if (m.binary) at(0, "triangle " + std::to_string(t.line) + ": " + message);
-    else at(t.line, message);
+    if (m.binary)
+      at(0, "triangle " + std::to_string(t.line) + ": " + message);
+    else
+      at(t.line, message);
   }
   bool none() const { return count_ == 0; }
 
@@ -93,7 +95,8 @@ RawMesh read_obj(const std::string& text, Faults& faults) {
         const bool number_read = r.ec == std::errc() && r.ptr == index.data() + index.size();
         if (number_read && k < 0) k = count + 1 + k;
         good = number_read && k >= 1 && k <= count;
-        if (good) corners.push_back(static_cast<std::int32_t>(k - 1));
+        if (good)
+          corners.push_back(static_cast<std::int32_t>(k - 1));
         else
           faults.at(number, "bad vertex index '" + w[i] + "'; " + std::to_string(count) +
                                 " vertices are known above this line");
@@ -129,8 +132,10 @@ RawMesh read_ascii_stl(const std::string& text, Faults& faults) {
       ++corners;
     } else if (w[0] == "endfacet") {
       const auto last = static_cast<std::int32_t>(m.vertices.size()) - 1;
-      if (corners == 3) m.triangles.push_back({{last - 2, last - 1, last}, facet});
-      else faults.at(number, "a facet has three vertices");
+      if (corners == 3)
+        m.triangles.push_back({{last - 2, last - 1, last}, facet});
+      else
+        faults.at(number, "a facet has three vertices");
     } else {
       faults.at(number, "unknown STL keyword '" + w[0] + "'");
     }

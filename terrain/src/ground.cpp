@@ -20,9 +20,7 @@ class FlatGround final : public ground_detail::GroundShape<FlatGround> {
   double at(double, double) const { return z_; }
   Vec3 normal(double, double) const override { return Vec3::UnitZ(); }
   double resolution() const override { return std::numeric_limits<double>::infinity(); }
-  std::string describe() const override {
-    return z_ == 0 ? "flat" : "flat at " + ground_detail::number(z_) + " m";
-  }
+  std::string describe() const override { return z_ == 0 ? "flat" : "flat at " + ground_detail::number(z_) + " m"; }
 
  private:
   double z_;

@@ -36,8 +36,8 @@ struct CsvTable {
   std::vector<int> header_columns;  ///< character column of each name
   int header_line = 0;
   int rows = 0, columns = 0;
-  std::vector<double> cells;        ///< row-major
-  std::vector<int> line;            ///< of each row
+  std::vector<double> cells;  ///< row-major
+  std::vector<int> line;      ///< of each row
 };
 
 /// '#' lines and blank lines are skipped. @throws ConfigError with line and column: ragged rows, cells that are no

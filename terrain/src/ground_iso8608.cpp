@@ -149,9 +149,12 @@ double iso8608_roughness(char c) {
 
 double iso8608_coherence(const Iso8608Settings& p, double n) {
   switch (p.coherence) {
-    case Iso8608Settings::Coherence::full: return 1;
-    case Iso8608Settings::Coherence::exponential: return std::exp(-p.decay * n * p.track_width);
-    case Iso8608Settings::Coherence::isotropic: break;
+    case Iso8608Settings::Coherence::full:
+      return 1;
+    case Iso8608Settings::Coherence::exponential:
+      return std::exp(-p.decay * n * p.track_width);
+    case Iso8608Settings::Coherence::isotropic:
+      break;
   }
   const double x = 2 * pi * n * p.track_width, nu = p.waviness / 2;
   if (x < 1e-8) return 1;

@@ -45,7 +45,8 @@ GroundFrame read_frame(const ConfigNode& n, bool with_lateral) {
 }
 
 GroundPtr read_flat(const ConfigNode& n) {
-  return checked(n, [&] { return n.quantity_or("height", 0, "m"); }, [](double z) { return flat_ground(z); });
+  return checked(
+      n, [&] { return n.quantity_or("height", 0, "m"); }, [](double z) { return flat_ground(z); });
 }
 
 GroundPtr read_slope(const ConfigNode& n) {
@@ -275,8 +276,11 @@ GroundPtr read_shape(const ConfigNode& n, std::uint64_t seed, int depth) {
   if (shape == "step") return read_step(n);
   if (shape == "sinusoid") return read_sinusoid(n);
   if (shape == "iso8608") return read_iso8608(n, seed);
-  if (shape == "height_map") return checked(n, [&] { return read_height_map_settings(n); }, build_height_map);
-  return checked(n, [&] { return read_profile_request(n); }, build_profile);
+  if (shape == "height_map")
+    return checked(
+        n, [&] { return read_height_map_settings(n); }, build_height_map);
+  return checked(
+      n, [&] { return read_profile_request(n); }, build_profile);
 }
 
 /// Two random shapes of one list must not be the same shape twice. SplitMix64 of the seed, stepped by the place in the

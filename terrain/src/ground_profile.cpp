@@ -24,8 +24,13 @@ HeightGrid grid_of(const ProfileData& d) {
 class ProfileGround final : public GroundShape<ProfileGround> {
  public:
   ProfileGround(const ProfileData& d, const ProfileSettings& p, std::string name)
-      : p_(p), f_(p.frame), field_(grid_of(d)), lines_(d.lines), name_(std::move(name)),
-        length_((d.n - 1) * d.spacing), cycle_(length_ - p.seam) {}
+      : p_(p),
+        f_(p.frame),
+        field_(grid_of(d)),
+        lines_(d.lines),
+        name_(std::move(name)),
+        length_((d.n - 1) * d.spacing),
+        cycle_(length_ - p.seam) {}
 
   double at(double x, double y) const {
     double s = f_.along(x, y);

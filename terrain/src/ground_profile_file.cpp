@@ -38,8 +38,9 @@ double even_step(const CsvTable& t, FileErrors& errors) {
                  row + "gap in the profile: the distance steps from " + between + " where the step is " +
                      number(usual) + "; fill the missing rows or split the file");
     else
-      errors.add(t.line[i + 1], 1, row + "the distance steps from " + between + " where the step is " + number(usual) +
-                                       "; a profile needs equal steps");
+      errors.add(t.line[i + 1], 1,
+                 row + "the distance steps from " + between + " where the step is " + number(usual) +
+                     "; a profile needs equal steps");
   }
   return (u(static_cast<std::size_t>(t.rows) - 1) - u(0)) / (t.rows - 1);
 }
@@ -54,8 +55,9 @@ std::pair<double, double> laterals(const CsvTable& t, const ProfileFile& p, File
     const auto x = lateral_of(t.header[c]);
     if (!x)
       errors.add(t.header_line, t.header_columns[c],
-                 "column '" + t.header[c] + "' does not end in v<metres to the left> such as v-1.30; "
-                 "rename it or give lateral_first and lateral_spacing");
+                 "column '" + t.header[c] +
+                     "' does not end in v<metres to the left> such as v-1.30; "
+                     "rename it or give lateral_first and lateral_spacing");
     v.push_back(x.value_or(0));
   }
   errors.check();

@@ -57,9 +57,8 @@ double explicit_step_ratio(const Mat6& K, const Mat6& D, const Mat6& W, double d
   return std::max(std::sqrt(radius(dt * dt * K * W)), radius(dt * D * W));
 }
 
-
-Eigen::MatrixXd joint_mobility(const std::vector<Mat6>& inverse_mass, const Eigen::MatrixXd& G, const Eigen::VectorXd& cfm,
-                               const std::vector<Eigen::Index>& wheels) {
+Eigen::MatrixXd joint_mobility(const std::vector<Mat6>& inverse_mass, const Eigen::MatrixXd& G,
+                               const Eigen::VectorXd& cfm, const std::vector<Eigen::Index>& wheels) {
   const auto nw = static_cast<Eigen::Index>(wheels.size());
   const auto nb = static_cast<Eigen::Index>(inverse_mass.size());
   const Eigen::Index nr = G.rows();

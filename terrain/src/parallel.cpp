@@ -105,7 +105,9 @@ void parallel_for(int n, int threads, const std::function<void(int)>& f) {
   job.n = n;
   const std::function<void(int)> guarded = [&f](int i) {
     inside = true;
-    struct Reset { ~Reset() { inside = false; } } reset;
+    struct Reset {
+      ~Reset() { inside = false; }
+    } reset;
     f(i);
   };
   job.f = &guarded;

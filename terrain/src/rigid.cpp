@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "grouser/terrain/wheel_motion.h"
 
@@ -9,7 +10,8 @@ namespace grouser {
 
 namespace {
 
-constexpr const char* kDefaults = R"(# model rigid: hard ground. Every key is optional; `soil` = the value of the soil file's rigid section.
+constexpr const char* kDefaults =
+    R"(# model rigid: hard ground. Every key is optional; `soil` = the value of the soil file's rigid section.
 stiffness: soil             # [N/m] > 0, of each wheel's contact
 damping: soil               # [N s/m] >= 0, normal; never more than the spring force
 friction: soil              # [1] >= 0, Coulomb coefficient
@@ -42,7 +44,8 @@ Parameters read(const TerrainArgs& args) {
     p.soil.damping = soil_or("damping", "N s/m", p.soil.damping, Range::non_negative());
     p.soil.friction = soil_or("friction", "1", p.soil.friction, Range::non_negative());
     p.soil.rolling_resistance = soil_or("rolling_resistance", "1", p.soil.rolling_resistance, Range::non_negative());
-    p.soil.tangential_stiffness = soil_or("tangential_stiffness", "N/m", p.soil.tangential_stiffness, Range::positive());
+    p.soil.tangential_stiffness =
+        soil_or("tangential_stiffness", "N/m", p.soil.tangential_stiffness, Range::positive());
   }
   if (p.soil.tangential_stiffness == 0) p.soil.tangential_stiffness = p.soil.stiffness;
   p.tangential_damping = p.soil.damping;
@@ -68,10 +71,11 @@ class Rigid final : public Terrain {
   struct Wheel {
     double radius, width, slip_radius;
     PatchFinder finder;
-    Vec2 u = Vec2::Zero();  ///< bristle in (forward, lateral) of the patch [m]
-    double roll = 0;        ///< q of R3
-    double elastic = 0, rolled = 0;     ///< [J] stored in the springs and in the rolling element
-    double spent = 0, integration = 0;  ///< [J] of the last step
+    Vec2 u = Vec2::Zero();                          ///< bristle in (forward, lateral) of the patch [m]
+    double roll = 0;                                ///< q of R3
+    double elastic = 0, rolled = 0;                 ///< [J] stored in the springs and in the rolling element
+    double spent = 0, integration = 0, placed = 0;  ///< [J] of the last step; placed: held when the wheel was set down
+    bool fresh = true;                              ///< no step yet
   };
 
   void do_add_body(const BodySpec& b) override {
@@ -87,14 +91,16 @@ class Rigid final : public Terrain {
       stored += w.elastic + w.rolled;
       ledger().dissipated += w.spent;
       ledger().integration += w.integration;
+      ledger().external += w.placed;
     }
     ledger().stored = stored;
   }
 
   void advance(Wheel& wheel, const WheelMotion& m, double dt, BodyResult& result) const {
     const ContactPatch patch = wheel.finder.find(m.pose, ground());
-    const double elastic_before = wheel.elastic, rolled_before = wheel.rolled;
-    wheel.spent = wheel.integration = 0;
+    const double elastic_before = wheel.elastic, rolled_before = wheel.rolled, roll_before = wheel.roll;
+    wheel.spent = wheel.integration = wheel.placed = 0;
+    const bool fresh = std::exchange(wheel.fresh, false);
     if (!patch.contact) {
       clear_result(result);
       wheel.integration = elastic_before;  // the normal spring was released within the step, past its last impulse
@@ -162,11 +168,18 @@ class Rigid final : public Terrain {
 
     // Energy: elastic parts are functions of the state; losses from force times the velocity that is lost.
     const double to_bristle = kt * u.dot(u - u0);
+    const double per_roll = s.rolling_resistance * N * sigma;
+    const double per_roll_before = roll_before != 0 ? 2 * rolled_before / (roll_before * roll_before) : per_roll;
     wheel.elastic = 0.5 * spring * h + 0.5 * kt * u.squaredNorm();
-    wheel.rolled = 0.5 * s.rolling_resistance * N * sigma * wheel.roll * wheel.roll;
-    wheel.spent = damper * rate * dt + T.dot(slide) * dt - to_bristle + moment * wheel.roll * m.spin * dt -
-                  (wheel.rolled - rolled_before);
-    wheel.integration = spring * rate * dt + to_bristle - (wheel.elastic - elastic_before);
+    wheel.rolled = 0.5 * per_roll * wheel.roll * wheel.roll;
+    wheel.spent = damper * rate * dt + T.dot(slide) * dt - to_bristle +
+                  (moment * std::abs(m.spin) * dt - 0.5 * (per_roll - per_roll_before)) * wheel.roll * wheel.roll;
+    // End-of-step forces times displacements exceed the change of a potential by half its curvature times the displacement squared.
+    // At touch-down the force also counts for the part of the step before contact.
+    const double sink = rate * dt, inside = std::min(sink, h), turn = wheel.roll - roll_before;
+    if (fresh) wheel.placed = 0.5 * s.stiffness * (h - inside) * (h - inside);
+    wheel.integration = spring * (sink - inside) + 0.5 * s.stiffness * inside * inside +
+                        0.5 * kt * (u - u0).squaredNorm() + 0.5 * per_roll_before * turn * turn;
 
     const Wrench f{wrench.head<3>(), wrench.tail<3>()};
     fill_result(m, patch, f, K, D, dt, result);
@@ -191,6 +204,7 @@ class Rigid final : public Terrain {
       s.field("rolling", wheels_[i].roll);
       s.field("elastic", wheels_[i].elastic);
       s.field("rolled", wheels_[i].rolled);
+      s.field("fresh", wheels_[i].fresh);
     }
   }
 

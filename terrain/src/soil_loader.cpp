@@ -63,14 +63,18 @@ ShearLaw load_shear(const ConfigNode& node) {
   s.cohesion = node.quantity("cohesion", "kPa", Range::non_negative());
   s.friction_angle = node.quantity("friction_angle", "deg", {0, pi / 2, false, true});
   const Range displacement{0, 1, true, false};
-  if (type == "A") s.K = node.quantity("K", "mm", displacement);
-  else s.Kw = node.quantity("Kw", "mm", displacement);
+  if (type == "A")
+    s.K = node.quantity("K", "mm", displacement);
+  else
+    s.Kw = node.quantity("Kw", "mm", displacement);
   if (type == "C") s.Kr = node.quantity("Kr", "1", Range::between(0, 1));
   const auto only = [&](const char* key, const char* types) {
     if (node.has(key)) node.error_at(key, "belongs to shear type " + std::string(types) + ", not to type " + type);
   };
-  if (type == "A") only("Kw", "B or C");
-  else only("K", "A");
+  if (type == "A")
+    only("Kw", "B or C");
+  else
+    only("K", "A");
   if (type != "C") only("Kr", "C");
   node.finish();
   return s;

@@ -128,8 +128,8 @@ std::string State::hash_text() const {
 
 namespace {
 template <class T, class ToText>
-std::optional<State::Difference> compare_values(const std::string& name, const std::vector<T>& a, const std::vector<T>& b,
-                                                ToText text) {
+std::optional<State::Difference> compare_values(const std::string& name, const std::vector<T>& a,
+                                                const std::vector<T>& b, ToText text) {
   if (a.size() != b.size())
     return State::Difference{name, 0, "size " + std::to_string(a.size()), "size " + std::to_string(b.size())};
   for (std::size_t i = 0; i < a.size(); ++i)

@@ -18,20 +18,22 @@ bool unit(const Quat& q) { return std::abs(q.squaredNorm() - 1.0) < 1e-5; }
 }  // namespace
 
 int Terrain::add_body(BodySpec body) {
-  if (started_) throw TerrainError("add_body('" + body.name + "') after the first step: add every wheel before stepping");
+  if (started_)
+    throw TerrainError("add_body('" + body.name + "') after the first step: add every wheel before stepping");
   do_add_body(body);
   bodies_.push_back(std::move(body));
   return static_cast<int>(bodies_.size()) - 1;
 }
 
 void Terrain::check_motions(double t, double dt, std::span<const BodyMotion> m, std::span<BodyResult> r) const {
-  if (!(dt > 0) || !std::isfinite(dt)) throw TerrainError("dt must be positive and finite, got " + std::to_string(dt) + at(t));
+  if (!(dt > 0) || !std::isfinite(dt))
+    throw TerrainError("dt must be positive and finite, got " + std::to_string(dt) + at(t));
   if (!std::isfinite(t)) throw TerrainError("t is not finite");
   if (started_ && std::abs(t - time_) > 1e-9 * std::max(1.0, std::abs(time_)) + 1e-6 * dt)
     throw TerrainError("time must be contiguous: the last step ended" + at(time_) + ", this one begins" + at(t));
   if (m.size() != bodies_.size() || r.size() != bodies_.size())
-    throw TerrainError("step got " + std::to_string(m.size()) + " motions and " + std::to_string(r.size()) + " results for " +
-                       std::to_string(bodies_.size()) + " bodies");
+    throw TerrainError("step got " + std::to_string(m.size()) + " motions and " + std::to_string(r.size()) +
+                       " results for " + std::to_string(bodies_.size()) + " bodies");
   for (std::size_t i = 0; i < m.size(); ++i) {
     const BodyMotion& b = m[i];
     if (!finite(b.X_WB_begin) || !finite(b.X_WB_end) || !b.V_WB_end.v.allFinite() || !b.V_WB_end.w.allFinite())
@@ -55,7 +57,8 @@ void Terrain::step(double t, double dt, std::span<const BodyMotion> motions, std
   do_step({t, dt, true}, motions, results);
   check_results(t, results);
   for (std::size_t i = 0; i < motions.size(); ++i) {
-    const double w = results[i].impulse.dot(motions[i].V_WB_end.v) + results[i].angular_impulse.dot(motions[i].V_WB_end.w);
+    const double w =
+        results[i].impulse.dot(motions[i].V_WB_end.v) + results[i].angular_impulse.dot(motions[i].V_WB_end.w);
     energy_.work_on_bodies += w;
     energy_.gross += std::abs(w);
   }
@@ -95,8 +98,9 @@ void Terrain::set_effect(const std::string& eid, double amplitude) {
     ids.push_back(effects_[i].id);
     if (effects_[i].id != eid) continue;
     if (!std::isfinite(amplitude) || amplitude < effects_[i].lower || amplitude > effects_[i].upper)
-      throw TerrainError("effect '" + eid + "' of " + id() + ": amplitude " + std::to_string(amplitude) + " " + effects_[i].unit +
-                         " is outside [" + std::to_string(effects_[i].lower) + ", " + std::to_string(effects_[i].upper) + "]");
+      throw TerrainError("effect '" + eid + "' of " + id() + ": amplitude " + std::to_string(amplitude) + " " +
+                         effects_[i].unit + " is outside [" + std::to_string(effects_[i].lower) + ", " +
+                         std::to_string(effects_[i].upper) + "]");
     effects_[i].amplitude = amplitude;
     do_set_effect(i, amplitude);
     return;

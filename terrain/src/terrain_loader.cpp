@@ -14,7 +14,8 @@ std::vector<std::string> ids_of(const Registry& registry) {
 }
 
 /// The section of one model inside a map keyed by model id. Keys of other registered models are accepted.
-ConfigNode section_of(const Registry& registry, const ConfigNode& parent, const std::string& key, const std::string& model) {
+ConfigNode section_of(const Registry& registry, const ConfigNode& parent, const std::string& key,
+                      const std::string& model) {
   const ConfigNode by_model = parent.optional_map(key);
   if (!by_model.present()) return {};
   for (const std::string& id : by_model.keys())
@@ -35,8 +36,8 @@ void set_effects(Terrain& terrain, const ConfigNode& node) {
 }
 }  // namespace
 
-std::unique_ptr<Terrain> make_terrain(const Registry& registry, const TerrainNodes& nodes, GroundPtr ground, double gravity,
-                                      const ConfigDocument* document) {
+std::unique_ptr<Terrain> make_terrain(const Registry& registry, const TerrainNodes& nodes, GroundPtr ground,
+                                      double gravity, const ConfigDocument* document) {
   const std::filesystem::path file = nodes.owner.existing_file("soil");
   if (!std::filesystem::exists(file) || !registry.has(nodes.model) || !ground) return nullptr;
   Soil soil;
@@ -58,8 +59,9 @@ std::unique_ptr<Terrain> make_terrain(const Registry& registry, const TerrainNod
   }
 }
 
-std::unique_ptr<Terrain> make_terrain(const Registry& registry, const ConfigNode& terrain_map, GroundPtr ground, double gravity,
-                                      std::optional<std::string> model_override, const ConfigDocument* document) {
+std::unique_ptr<Terrain> make_terrain(const Registry& registry, const ConfigNode& terrain_map, GroundPtr ground,
+                                      double gravity, std::optional<std::string> model_override,
+                                      const ConfigDocument* document) {
   const std::vector<std::string> ids = ids_of(registry);
   std::string model = terrain_map.choice("model", ids);
   if (model_override) {

@@ -193,8 +193,10 @@ class Parser {
     for (bool first = true;; first = false) {
       skip();
       double sign = 1;
-      if (peek('+') || peek('-')) sign = text_[at_++] == '-' ? -1 : 1;
-      else if (!first) break;
+      if (peek('+') || peek('-'))
+        sign = text_[at_++] == '-' ? -1 : 1;
+      else if (!first)
+        break;
       skip();
       if (peek('n')) {
         ++at_;
@@ -220,9 +222,12 @@ class Parser {
 
   static void multiply(UnitScale& u, const UnitScale& f, double e) {
     // Plain powers keep the bits of the plain factors.
-    if (e == 1) u.scale *= f.scale;
-    else if (e == -1) u.scale /= f.scale;
-    else u.scale *= std::pow(f.scale, e);
+    if (e == 1)
+      u.scale *= f.scale;
+    else if (e == -1)
+      u.scale /= f.scale;
+    else
+      u.scale *= std::pow(f.scale, e);
     u.m += e * f.m;
     u.kg += e * f.kg;
     u.s += e * f.s;

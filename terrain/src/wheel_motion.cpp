@@ -17,7 +17,8 @@ WheelMotion wheel_motion(const BodySpec& body, const BodyMotion& motion, double 
   const Pose X_WG = motion.X_WB_end * body.X_BG;
   w.pose = {X_WG.p, X_WG.q * Vec3::UnitY(), radius, width};
   if (std::hypot(w.pose.axis_W.x(), w.pose.axis_W.y()) < 1e-6)
-    throw TerrainError("spin axis of body '" + body.name + "' is vertical: a wheel lying on its side has no contact law");
+    throw TerrainError("spin axis of body '" + body.name +
+                       "' is vertical: a wheel lying on its side has no contact law");
   w.lever_W = X_WG.p - motion.X_WB_end.p;
   w.V = {motion.V_WB_end.at(w.lever_W), motion.V_WB_end.w};
   w.spin = w.V.w.dot(w.pose.axis_W);
@@ -32,8 +33,8 @@ void clear_result(BodyResult& result) {
   result.report = {};
 }
 
-void fill_result(const WheelMotion& wheel, const ContactPatch& patch, const Wrench& about_hub, const Mat6& K, const Mat6& D,
-                 double dt, BodyResult& result) {
+void fill_result(const WheelMotion& wheel, const ContactPatch& patch, const Wrench& about_hub, const Mat6& K,
+                 const Mat6& D, double dt, BodyResult& result) {
   result.impulse = dt * about_hub.f;
   result.angular_impulse = dt * (about_hub.t + wheel.lever_W.cross(about_hub.f));
   // V_hub = J V_body, so K_body = J^T K J.

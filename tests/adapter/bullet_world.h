@@ -19,7 +19,9 @@ constexpr double g = 9.81;
 inline btScalar bt(double x) { return static_cast<btScalar>(x); }
 inline btVector3 bt(double x, double y, double z) { return {bt(x), bt(y), bt(z)}; }
 
-inline RunningGear wheel_gear(double radius = 0.13, double width = 0.16) { return {"wheel", SmoothCylinder{radius, width}}; }
+inline RunningGear wheel_gear(double radius = 0.13, double width = 0.16) {
+  return {"wheel", SmoothCylinder{radius, width}};
+}
 
 struct World {
   explicit World(UpAxis up = UpAxis::z) : axes(up), dispatcher(&configuration) {
@@ -54,7 +56,8 @@ struct World {
   void run(double seconds, double dt, int per_call = 1) {
     const auto calls = static_cast<int>(std::lround(seconds / (dt * per_call)));
     // A hair more than the whole number, or rounding makes Bullet drop the last substep of a call and catch up later.
-    for (int i = 0; i < calls; ++i) world->stepSimulation(bt(dt * per_call * (per_call > 1 ? 1 + 1e-6 : 1)), per_call, bt(dt));
+    for (int i = 0; i < calls; ++i)
+      world->stepSimulation(bt(dt * per_call * (per_call > 1 ? 1 + 1e-6 : 1)), per_call, bt(dt));
   }
   Vec3 at(const btRigidBody& b) const { return axes.to_W(b.getCenterOfMassPosition()); }
 

@@ -37,10 +37,13 @@ TEST_P(Link, WheelLinkRestsLikeARigidBody) {
   Machine m(w, 2, 1, true, {0, 0, 0.5});
   const btVector3 z = w.axes.from_W({0, 0, 1}), y = w.axes.from_W({0, 1, 0}), zero(0, 0, 0);
   // A 7 kg carriage slides along z under a fixed base; the 1 kg wheel turns in it.
-  m.body.setupPrismatic(0, 7, bt(0.1, 0.1, 0.1), -1, btQuaternion::getIdentity(), z, w.axes.from_W({0, 0, -0.2}), zero, true);
-  m.body.setupRevolute(1, 1, bt(0.01, 0.01, 0.01), 0, btQuaternion::getIdentity(), y, w.axes.from_W({0, 0, -0.3}), zero, true);
+  m.body.setupPrismatic(0, 7, bt(0.1, 0.1, 0.1), -1, btQuaternion::getIdentity(), z, w.axes.from_W({0, 0, -0.2}), zero,
+                        true);
+  m.body.setupRevolute(1, 1, bt(0.01, 0.01, 0.01), 0, btQuaternion::getIdentity(), y, w.axes.from_W({0, 0, -0.3}), zero,
+                       true);
   m.finish();
-  TerrainAction action(*w.world, spring({.k = k, .c = 0.7 * 2 * std::sqrt(8 * k)}), {.up = up, .implicit = true, .warn = {}});
+  TerrainAction action(*w.world, spring({.k = k, .c = 0.7 * 2 * std::sqrt(8 * k)}),
+                       {.up = up, .implicit = true, .warn = {}});
   action.add_wheel(m.body, 1, wheel_gear(), "wheel");
   const Added added(w, action);
   w.run(5, 1e-3);
@@ -53,7 +56,8 @@ std::string link_name(const testing::TestParamInfo<std::tuple<UpAxis, double>>& 
   return std::string(std::get<0>(test.param) == UpAxis::z ? "z_up_1e" : "y_up_1e") +
          std::to_string(static_cast<int>(std::round(std::log10(std::get<1>(test.param)))));
 }
-INSTANTIATE_TEST_SUITE_P(Stiffness, Link, testing::Combine(testing::Values(UpAxis::z, UpAxis::y), testing::Values(1e5, 1e6)), link_name);
+INSTANTIATE_TEST_SUITE_P(Stiffness, Link,
+                         testing::Combine(testing::Values(UpAxis::z, UpAxis::y), testing::Values(1e5, 1e6)), link_name);
 
 TEST(Link, FourWheelsOfAFreeMultibodyShareItsWeight) {
   World w;
@@ -62,7 +66,8 @@ TEST(Link, FourWheelsOfAFreeMultibodyShareItsWeight) {
   int i = 0;
   for (const double x : {-0.3, 0.3})
     for (const double y : {-0.25, 0.25})
-      m.body.setupRevolute(i++, 1, bt(0.005, 0.01, 0.005), -1, btQuaternion::getIdentity(), bt(0, 1, 0), bt(x, y, -0.1), bt(0, 0, 0), true);
+      m.body.setupRevolute(i++, 1, bt(0.005, 0.01, 0.005), -1, btQuaternion::getIdentity(), bt(0, 1, 0), bt(x, y, -0.1),
+                           bt(0, 0, 0), true);
   m.finish();
   TerrainAction action(*w.world, spring({.k = 1e6, .c = 3000, .kt = 1e5, .ct = 1000}));
   for (int l = 0; l < 4; ++l) action.add_wheel(m.body, l, wheel_gear(), "wheel_" + std::to_string(l));
@@ -81,7 +86,8 @@ TEST(Link, AnImpulseOnALinkChangesTheMachinesMomentumByItself) {
   World w;
   w.world->setGravity(bt(0, 0, 0));
   Machine m(w, 1, 3, false, {0, 0, 0});
-  m.body.setupRevolute(0, 2, bt(0.02, 0.03, 0.02), -1, btQuaternion::getIdentity(), bt(0, 1, 0), bt(0.2, 0, 0), bt(0.1, 0, 0), true);
+  m.body.setupRevolute(0, 2, bt(0.02, 0.03, 0.02), -1, btQuaternion::getIdentity(), bt(0, 1, 0), bt(0.2, 0, 0),
+                       bt(0.1, 0, 0), true);
   m.finish();
   w.run(1e-3, 1e-3);  // fills the caches that the response needs
   const HostBody link(m.body, 0), base(m.body, -1);
@@ -132,9 +138,10 @@ TEST(Drift, HingesDriftAndMultibodyLinksDoNot) {
     World w;
     Machine m(w, 2, 1, true, pivot);
     const double I = 0.4 * 2 * 0.13 * 0.13;
-    m.body.setupRevolute(0, 2, bt(I, I, I), -1, btQuaternion::getIdentity(), bt(0, 1, 0), bt(0, 0, 0), bt(length / 2, 0, 0), true);
-    m.body.setupRevolute(1, 1, bt(I / 2, I / 2, I / 2), 0, btQuaternion::getIdentity(), bt(0, 1, 0), bt(length / 2, 0, 0), bt(0, 0, 0),
-                         true);
+    m.body.setupRevolute(0, 2, bt(I, I, I), -1, btQuaternion::getIdentity(), bt(0, 1, 0), bt(0, 0, 0),
+                         bt(length / 2, 0, 0), true);
+    m.body.setupRevolute(1, 1, bt(I / 2, I / 2, I / 2), 0, btQuaternion::getIdentity(), bt(0, 1, 0),
+                         bt(length / 2, 0, 0), bt(0, 0, 0), true);
     m.finish();
     TerrainAction action(*w.world, spring(soil));
     action.add_wheel(m.body, 1, wheel_gear(), "wheel");

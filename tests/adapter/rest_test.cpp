@@ -33,11 +33,12 @@ TEST_P(Rest, ThousandKilogramsOnASpringSinkByWeightOverStiffness) {
   EXPECT_NEAR(action.time(), 20, double_precision ? 1e-9 : 2e-6);
 }
 INSTANTIATE_TEST_SUITE_P(AllSplits, Rest,
-                         testing::Values(RestCase{UpAxis::z, 1, true}, RestCase{UpAxis::z, 10, true}, RestCase{UpAxis::z, 1, false},
-                                         RestCase{UpAxis::z, 10, false}, RestCase{UpAxis::y, 1, true}, RestCase{UpAxis::y, 10, true}),
+                         testing::Values(RestCase{UpAxis::z, 1, true}, RestCase{UpAxis::z, 10, true},
+                                         RestCase{UpAxis::z, 1, false}, RestCase{UpAxis::z, 10, false},
+                                         RestCase{UpAxis::y, 1, true}, RestCase{UpAxis::y, 10, true}),
                          [](const auto& i) {
-                           return std::string(i.param.up == UpAxis::z ? "z_up_" : "y_up_") + std::to_string(i.param.substeps) +
-                                  (i.param.implicit ? "_implicit" : "_explicit");
+                           return std::string(i.param.up == UpAxis::z ? "z_up_" : "y_up_") +
+                                  std::to_string(i.param.substeps) + (i.param.implicit ? "_implicit" : "_explicit");
                          });
 
 /// What not to do: a force inside an action.

@@ -6,8 +6,8 @@
 namespace grouser {
 
 struct SpringSoil {
-  double k = 0, c = 0;        ///< [N/m], [N s/m] normal
-  double kt = 0, ct = 0;      ///< [N/m], [N s/m] tangential, bound to the origin
+  double k = 0, c = 0;    ///< [N/m], [N s/m] normal
+  double kt = 0, ct = 0;  ///< [N/m], [N s/m] tangential, bound to the origin
   bool linearises = true;
   bool anti_restoring = false;  ///< reports its stiffness with the wrong sign
 };

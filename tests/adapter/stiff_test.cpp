@@ -28,7 +28,8 @@ TEST(StiffSoil, OneKilogramOnAMillionNewtonPerMetreRestsAtItsStaticSinkage) {
     // Double: 1 %. Float: the pose is stored near 1e-5 m (resolution 1e-12) but the balance is of impulses m g dt = 0.04 N s, whose rounding
     // is 4e-9 relative to a velocity that k dt^2 = 17 kg makes stiff: within 1 % as well.
     EXPECT_NEAR(z, exact, 0.01 * std::abs(exact));
-    RecordProperty(up == UpAxis::z ? "z_up_error_percent" : "y_up_error_percent", std::to_string(100 * (z / exact - 1)));
+    RecordProperty(up == UpAxis::z ? "z_up_error_percent" : "y_up_error_percent",
+                   std::to_string(100 * (z / exact - 1)));
   }
 }
 
@@ -63,7 +64,8 @@ TEST(StiffSoil, ExplicitImpulsesThrowTheWheelUp) {
 std::string refusal(SpringSoil soil, bool implicit) {
   World w;
   btRigidBody& body = w.body(1, {0, 0, 0.01});
-  TerrainAction action(*w.world, std::make_shared<SpringTerrain>(soil), {.up = UpAxis::z, .implicit = implicit, .warn = {}});
+  TerrainAction action(*w.world, std::make_shared<SpringTerrain>(soil),
+                       {.up = UpAxis::z, .implicit = implicit, .warn = {}});
   action.add_wheel(body, wheel_gear(), "front_left");
   const Added added(w, action);
   try {
@@ -124,7 +126,8 @@ TEST_P(Loaded, WheelUnderSevenKilogramsRestsAtTheSinkageOfBoth) {
   btRigidBody& wheel = w.body(1, {0, 0, 1e-3});
   btRigidBody& load = w.body(7, {0, 0, 0.3});
   load.setAngularFactor(0);
-  if (kind == Joint::hinge) w.joint<btHingeConstraint>(load, wheel, bt(0, 0, -0.299), bt(0, 0, 0), bt(0, 1, 0), bt(0, 1, 0));
+  if (kind == Joint::hinge)
+    w.joint<btHingeConstraint>(load, wheel, bt(0, 0, -0.299), bt(0, 0, 0), bt(0, 1, 0), bt(0, 1, 0));
   if (kind == Joint::fixed || kind == Joint::spring2) {
     btTransform a = btTransform::getIdentity();
     a.setOrigin(bt(0, 0, -0.299));
@@ -182,7 +185,8 @@ TEST(Mobility, RefreshOfEightStepsCanBeHalvedOrDoubled) {
     for (int i = 0; i < 4; ++i) {
       const Vec3 hub(i < 2 ? 0.3 : -0.3, i % 2 == 0 ? 0.25 : -0.25, -0.2);
       btRigidBody& wheel = w.body(1, Vec3(0, 0, 0.2) + hub);
-      auto& hinge = w.joint<btHingeConstraint>(chassis, wheel, bt(hub.x(), hub.y(), hub.z()), bt(0, 0, 0), bt(0, 1, 0), bt(0, 1, 0));
+      auto& hinge = w.joint<btHingeConstraint>(chassis, wheel, bt(hub.x(), hub.y(), hub.z()), bt(0, 0, 0), bt(0, 1, 0),
+                                               bt(0, 1, 0));
       hinge.enableAngularMotor(true, bt(i % 2 == 0 ? -3 : -5), bt(0.02));
       action.add_wheel(wheel, wheel_gear(), "wheel_" + std::to_string(i));
     }

@@ -1,7 +1,6 @@
 // The other traps of Bullet that the adapter must survive, each shown with its number.
-#include <gtest/gtest.h>
-
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
+#include <gtest/gtest.h>
 
 #include <cmath>
 
@@ -54,8 +53,9 @@ TEST(HeldTwice, WarnsOnceWhenTheWheelAlsoCollidesWithAStaticShape) {
   w.world->addRigidBody(&ground);
   btRigidBody& wheel = w.body(10, {0, 0, 0.05}, 0.13, true);
   std::vector<std::string> warnings;
-  TerrainAction action(*w.world, spring({.k = 1e5, .c = 1400}),
-                       {.up = UpAxis::z, .implicit = true, .warn = [&](const std::string& t) { warnings.push_back(t); }});
+  TerrainAction action(
+      *w.world, spring({.k = 1e5, .c = 1400}),
+      {.up = UpAxis::z, .implicit = true, .warn = [&](const std::string& t) { warnings.push_back(t); }});
   action.add_wheel(wheel, wheel_gear(), "front_left");
   {
     const Added added(w, action);
@@ -63,15 +63,17 @@ TEST(HeldTwice, WarnsOnceWhenTheWheelAlsoCollidesWithAStaticShape) {
   }
   w.world->removeRigidBody(&ground);
   ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_NE(warnings[0].find("wheel 'front_left' also collides with a static shape: it is held twice"), std::string::npos);
+  EXPECT_NE(warnings[0].find("wheel 'front_left' also collides with a static shape: it is held twice"),
+            std::string::npos);
 }
 
 TEST(HeldTwice, IsSilentForAWheelThatOnlyTouchesSoil) {
   World w;
   btRigidBody& wheel = w.body(10, Vec3::Zero(), 0.13, true);
   std::vector<std::string> warnings;
-  TerrainAction action(*w.world, spring({.k = 1e5, .c = 1400}),
-                       {.up = UpAxis::z, .implicit = true, .warn = [&](const std::string& t) { warnings.push_back(t); }});
+  TerrainAction action(
+      *w.world, spring({.k = 1e5, .c = 1400}),
+      {.up = UpAxis::z, .implicit = true, .warn = [&](const std::string& t) { warnings.push_back(t); }});
   action.add_wheel(wheel, wheel_gear(), "front_left");
   const Added added(w, action);
   w.run(0.5, 1e-3);
@@ -86,8 +88,8 @@ TEST(Heightfield, BulletsOwnShapeShiftsByTheMeanOfItsHeightRange) {
   World w;
   btRigidBody ground(0, nullptr, &shape);
   w.world->addRigidBody(&ground);
-  btCollisionWorld::ClosestRayResultCallback hit(bt(0.1, 0.1, 5), bt(0.1, 0.1, -5));
-  w.world->rayTest(bt(0.1, 0.1, 5), bt(0.1, 0.1, -5), hit);
+  btCollisionWorld::ClosestRayResultCallback hit(bt(0.1, 0.3, 5), bt(0.1, 0.3, -5));
+  w.world->rayTest(bt(0.1, 0.3, 5), bt(0.1, 0.3, -5), hit);
   ASSERT_TRUE(hit.hasHit());
   EXPECT_NEAR(static_cast<double>(hit.m_hitPointWorld.z()), -0.5, 1e-3);
   w.world->removeRigidBody(&ground);
@@ -109,7 +111,8 @@ TEST(Rays, HitsOnAConvexCylinderAreOff) {
       btCollisionWorld::ClosestRayResultCallback hit(from, to);
       w.world->rayTest(from, to, hit);
       if (!hit.hasHit()) continue;
-      const double r = std::hypot(static_cast<double>(hit.m_hitPointWorld.x()), static_cast<double>(hit.m_hitPointWorld.z()));
+      const double r =
+          std::hypot(static_cast<double>(hit.m_hitPointWorld.x()), static_cast<double>(hit.m_hitPointWorld.z()));
       sum += std::abs(r - 0.13);
       worst = std::max(worst, std::abs(r - 0.13));
       ++n;
@@ -170,7 +173,8 @@ double kinetic(const TerrainAction& a, const btRigidBody& wheel, const btRigidBo
   double e = 0.5 / static_cast<double>(wheel.getInvMass()) * a.twist(0).v.squaredNorm();
   const btVector3 I = wheel.getLocalInertia();  // of a sphere: the same in any axes
   e += 0.5 * static_cast<double>(I.x()) * a.twist(0).w.squaredNorm();
-  if (load) e += 0.5 / static_cast<double>(load->getInvMass()) * static_cast<double>(load->getLinearVelocity().length2());
+  if (load)
+    e += 0.5 / static_cast<double>(load->getInvMass()) * static_cast<double>(load->getLinearVelocity().length2());
   return e;
 }
 
@@ -193,7 +197,8 @@ TEST(Energy, ThreeLedgerTermsAddUpToTheMechanicalWorkOnTheBodies) {
     w.run(dt, dt);
     const double start = kinetic(action, wheel, load);
     const auto soil_work = [&] {
-      return action.terrain().energy().work_on_bodies + action.energy().implicit_correction + action.energy().integration;
+      return action.terrain().energy().work_on_bodies + action.energy().implicit_correction +
+             action.energy().integration;
     };
     const double soil_start = soil_work();
     double gravity_work = 0;

@@ -38,15 +38,21 @@ struct Direct {
     const double tau = z > 0 ? (sh.cohesion + sigma * std::tan(sh.friction_angle)) * f : 0;
     const double vt = 1 - kappa * std::cos(th), vl = kappa * std::tan(beta), v = std::hypot(vt, vl);
     const double tt = v > 0 ? tau * vt / v : 0, tl = v > 0 ? tau * vl / v : 0;
-    return {-sigma * std::sin(th) + tt * std::cos(th), -tl, sigma * std::cos(th) + tt * std::sin(th), -tl * std::cos(th), -tt,
+    return {-sigma * std::sin(th) + tt * std::cos(th),
+            -tl,
+            sigma * std::cos(th) + tt * std::sin(th),
+            -tl * std::cos(th),
+            -tt,
             -tl * std::sin(th)};
   }
-  double simpson(int c, double a, double b, double fa, double fm, double fb, double whole, double tol, int depth) const {
+  double simpson(int c, double a, double b, double fa, double fm, double fb, double whole, double tol,
+                 int depth) const {
     const double m = 0.5 * (a + b), l = 0.5 * (a + m), r = 0.5 * (m + b);
     const double fl = density(l)[c], fr = density(r)[c];
     const double left = (m - a) / 6 * (fa + 4 * fl + fm), right = (b - m) / 6 * (fm + 4 * fr + fb);
     if (depth <= 0 || std::abs(left + right - whole) < 15 * tol) return left + right + (left + right - whole) / 15;
-    return simpson(c, a, m, fa, fl, fm, left, tol / 2, depth - 1) + simpson(c, m, b, fm, fr, fb, right, tol / 2, depth - 1);
+    return simpson(c, a, m, fa, fl, fm, left, tol / 2, depth - 1) +
+           simpson(c, m, b, fm, fr, fb, right, tol / 2, depth - 1);
   }
   double integral(int c) const {
     double sum = 0;
@@ -67,8 +73,12 @@ Direct random_row(std::mt19937& rng) {
   Direct d;
   d.w = {0.05 + 0.4 * u(rng), 0.03 + 0.3 * u(rng)};
   d.s.pressure = {PressureSinkage::Law::k_b, 0, 0, std::pow(10, 4 + 2 * u(rng)), 0.4 + 1.4 * u(rng), 0.05};
-  d.s.shear = {static_cast<ShearLaw::Type>(rng() % 3), 3000 * u(rng), 0.2 + 0.5 * u(rng), 5e-4 + 0.03 * u(rng),
-               2e-3 + 0.03 * u(rng), 0.3 + 0.6 * u(rng)};
+  d.s.shear = {static_cast<ShearLaw::Type>(rng() % 3),
+               3000 * u(rng),
+               0.2 + 0.5 * u(rng),
+               5e-4 + 0.03 * u(rng),
+               2e-3 + 0.03 * u(rng),
+               0.3 + 0.6 * u(rng)};
   d.s.angles = {0.1 + 0.3 * u(rng), 0.3 * u(rng), 0.3 * u(rng) * static_cast<double>(rng() % 2), 0};
   d.theta_f = 0.1 + 0.9 * u(rng);
   d.kappa = kappa_of_slip(-0.9 + 1.85 * u(rng));
@@ -202,7 +212,8 @@ TEST(BekkerForces, LockedWheelMobilisesTheWholeStrength) {
 }
 
 TEST(BekkerForces, ShearLawsHaveTheirPublishedShape) {
-  ShearLaw a{ShearLaw::Type::A, 0, 0, 0.01, 0, 1}, b{ShearLaw::Type::B, 0, 0, 0, 0.02, 1}, c{ShearLaw::Type::C, 0, 0, 0, 0.02, 0.66};
+  ShearLaw a{ShearLaw::Type::A, 0, 0, 0.01, 0, 1}, b{ShearLaw::Type::B, 0, 0, 0, 0.02, 1},
+      c{ShearLaw::Type::C, 0, 0, 0, 0.02, 0.66};
   EXPECT_NEAR(mobilised(a, 0.01), 0.6321205588, 1e-9);  // one K: 63 %
   EXPECT_NEAR(mobilised(b, 0.02), 1, 1e-12);            // peak at Kw
   EXPECT_LT(mobilised(b, 0.019), 1);
@@ -227,7 +238,8 @@ TEST(BekkerForces, DerivativesByTheShearStateMatchDifferences) {
   s.shear.K = 0.01;
   s.angles = {0.3, 0, 0, 0};  // theta_m fixed, as in the derivative
   const SoilLaw soil = SoilLaw::of(s, 0.16);
-  for (const ShearState e : {ShearState{0.3, 0.1}, ShearState{0.05, -0.2}, ShearState{-1.5, 0.3}, ShearState{0.9, 0.0}}) {
+  for (const ShearState e :
+       {ShearState{0.3, 0.1}, ShearState{0.05, -0.2}, ShearState{-1.5, 0.3}, ShearState{0.9, 0.0}}) {
     const Quadrature q{60, 0};
     const WheelForces f = steady_forces(w, soil, 0.4, e, q);
     const double d = 1e-5;

@@ -1,7 +1,6 @@
-#include "grouser/bekker/steady.h"
-
 #include <gtest/gtest.h>
 
+#include "grouser/bekker/steady.h"
 #include "grouser/bekker/wheel_forces.h"
 #include "helpers.h"
 
@@ -19,7 +18,9 @@ Soil soil_of(const BekkerSoil& b) {
   s.bekker = b;
   return s;
 }
-Bench bench(const BekkerSoil& b = mojave(), GroundPtr g = flat_ground()) { return Bench(steady_model(), soil_of(b), std::move(g)); }
+Bench bench(const BekkerSoil& b = mojave(), GroundPtr g = flat_ground()) {
+  return Bench(steady_model(), soil_of(b), std::move(g));
+}
 
 constexpr double kSink = 0.01;
 const double kThetaF = std::acos(1 - kSink / 0.13);
@@ -86,10 +87,31 @@ TEST(BekkerSteady, LockedWheelDraggedFarReachesFullMobilisationAndUnloadsWithinK
   const WheelForces f = steady_forces(kWheel, SoilLaw::of(mojave(), 0.16), kThetaF, INFINITY, 0.0);
   EXPECT_NEAR(b.force(dt).x(), f.Fx, 1e-3 * f.Fz);
   const double locked = b.force(dt).x();
-  for (int i = 0; i < 20; ++i) b.move({{-1e-4, 0, 0}, {0, 0, 0}}, dt);  // back by 2 um: nothing springs back over centimetres
+  for (int i = 0; i < 20; ++i)
+    b.move({{-1e-4, 0, 0}, {0, 0, 0}}, dt);  // back by 2 um: nothing springs back over centimetres
   EXPECT_NEAR(b.force(dt).x(), locked, 0.02 * std::abs(locked));
   for (int i = 0; i < 20000; ++i) b.move({{-1e-4, 0, 0}, {0, 0, 0}}, dt);  // back by 2 mm = 4 K: reversed
   EXPECT_GT(b.moment(dt).y() * -1, 0);
+}
+
+TEST(BekkerSteady, ShakingALockedWheelWithinItsLargestDisplacementChangesNothing) {
+  // Elastic unloading and reloading: the force after 500 closed cycles is that after the first, to rounding. A law that yields at
+  // every displacement loses part of it in each cycle, so that a parked wheel which is shaken walks down the slope.
+  Bench b = bench();
+  const double dt = 1e-3;
+  b.motion.X_WB_end.p.z() = 0.13 - kSink;
+  const Vec3 v(0, 0.01, 0);                                 // across, where no travel changes the stress distribution
+  for (int i = 0; i < 60; ++i) b.move({v, {0, 0, 0}}, dt);  // 0.6 mm
+  for (int i = 0; i < 5; ++i) b.move({-v, {0, 0, 0}}, dt);
+  const auto cycles = [&](int n) {
+    for (int k = 0; k < n; ++k)
+      for (const double sign : {-1.0, 1.0})
+        for (int i = 0; i < 10; ++i) b.move({sign * v, {0, 0, 0}}, dt);
+    return b.force(dt);
+  };
+  const Vec3 first = cycles(1), last = cycles(500);
+  EXPECT_NEAR((last - first).norm(), 0, 1e-9 * first.norm());
+  EXPECT_LT(last.y(), -10);
 }
 
 TEST(BekkerSteady, ForceIsContinuousThroughRestReversalAndSpinning) {
@@ -137,7 +159,8 @@ Creep creep(double dt, double slope) {
     Mat3 A = Mat3::Identity();
     Vec3 f = b.force(dt);
     if (b.result.linearisation) {
-      const Mat3 K = b.result.linearisation->dF_dx.topLeftCorner<3, 3>(), D = b.result.linearisation->dF_dv.topLeftCorner<3, 3>();
+      const Mat3 K = b.result.linearisation->dF_dx.topLeftCorner<3, 3>(),
+                 D = b.result.linearisation->dF_dv.topLeftCorner<3, 3>();
       A -= (dt / m) * D + (dt * dt / m) * K;
       f -= D * v;
     }
@@ -160,7 +183,8 @@ TEST(BekkerSteady, BrakedWheelOnTenDegreesComesToRestAndStays) {
 }
 
 TEST(BekkerSteady, LedgerClosesAndSoilOnlyTakesEnergyOnARoughDrive) {
-  const GroundPtr ground = test::ground_of([](double x, double) { return 0.01 * std::sin(20 * x) + 0.003 * std::sin(77 * x); }, 1e-3);
+  const GroundPtr ground =
+      test::ground_of([](double x, double) { return 0.01 * std::sin(20 * x) + 0.003 * std::sin(77 * x); }, 1e-3);
   Bench b = bench(mojave(), ground);
   const double dt = 1e-3;
   b.motion.X_WB_end.p.z() = 0.12;
@@ -184,7 +208,7 @@ TEST(BekkerSteady, PressAndReleaseWithoutTravelReturnsNoMoreThanItTook) {
   const EnergyLedger& e = b.terrain->energy();
   EXPECT_EQ(e.stored, 0);
   EXPECT_NEAR(e.work_on_bodies, 0, 2e-3 * e.gross);
-  EXPECT_NEAR(e.residual(), 0, 1e-6 * e.gross);
+  EXPECT_NEAR(e.residual(), 0, 1e-4 * e.gross);  // steps of 5 um in 6 mm: second order in the step over the depth
 }
 
 TEST(BekkerSteady, VerticalDampingTakesEnergyAndNeverPulls) {
@@ -195,7 +219,8 @@ TEST(BekkerSteady, VerticalDampingTakesEnergyAndNeverPulls) {
   for (int i = 0; i < 1000; ++i) b.move({{0, 0, -0.1}, {0, 0, 0}}, dt);
   const double down = b.force(dt).z();
   ASSERT_EQ(b.result.report.effect_share.size(), 1u);
-  EXPECT_NEAR(b.result.report.effect_share[0][2] / down, 0.2 / 1.2, 0.01);  // sigma (1 + 2 * 0.1); shear changes it a little
+  EXPECT_NEAR(b.result.report.effect_share[0][2] / down, 0.2 / 1.2,
+              0.01);  // sigma (1 + 2 * 0.1); shear changes it a little
   b.move({{0, 0, 0.9}, {0, 0, 0}}, dt);
   EXPECT_GE(b.force(dt).z(), 0);
   EXPECT_GT(b.terrain->energy().dissipated, 0);
@@ -218,7 +243,8 @@ TEST(BekkerSteady, YawTurnsTheForceWithTheWheel) {
 TEST(BekkerSteady, RelaxationLengthChangesTheTransientOnly) {
   // covered in the limit by RollingSteadilyIsTheSteadyLaw; here: after 10 contact lengths slip forces agree to 1e-3
   const auto drawbar = [](const char* option) {
-    const ConfigDocument doc = ConfigDocument::from_text(std::string("relaxation_length: ") + option + "\n", "options.yaml");
+    const ConfigDocument doc =
+        ConfigDocument::from_text(std::string("relaxation_length: ") + option + "\n", "options.yaml");
     const Soil s = soil_of(mojave());
     auto terrain = steady_model().make({s, flat_ground(), doc.root(), 9.81});
     doc.check();
@@ -249,7 +275,8 @@ TEST(BekkerSteady, TriangleMeshIsRefusedByName) {
     FAIL();
   } catch (const TerrainError& e) {
     EXPECT_STREQ(e.what(),
-                 "bekker.steady cannot carry body 'front left': its running gear 'cleated' is a triangle mesh, and the law needs a "
+                 "bekker.steady cannot carry body 'front left': its running gear 'cleated' is a triangle mesh, and the "
+                 "law needs a "
                  "cylinder (shape: smooth or lugged)");
   }
 }

@@ -16,7 +16,8 @@ WheelPose pose(const Vec3& hub, double yaw = 0, double camber = 0, double r = 0.
 
 TEST(ContactPatch, SegmentAngleInvertsTheSegmentArea) {
   for (double a : {1e-5, 1e-3, 0.05, 0.0999, 0.1001, 0.4, 1.0, 1.57, 2.0, 3.0}) {
-    const double q = a < 0.02 ? a * a * a * (2.0 / 3 - a * a * (2.0 / 15 - a * a * 4.0 / 315)) : a - 0.5 * std::sin(2 * a);
+    const double q =
+        a < 0.02 ? a * a * a * (2.0 / 3 - a * a * (2.0 / 15 - a * a * 4.0 / 315)) : a - 0.5 * std::sin(2 * a);
     EXPECT_NEAR(segment_angle(q), a, 1e-12 * a) << a;
   }
   EXPECT_EQ(segment_angle(0), 0);
@@ -127,7 +128,10 @@ TEST(ContactPatch, SinkageRateIsMinusTheGeneralisedNormalTimesTheTwist) {
 
 TEST(ContactPatch, ForceFromThePotentialDoesNoNetWorkAroundAClosedLoopOnRoughGround) {
   const GroundPtr ground = ground_of(
-      [](double x, double) { return 0.012 * std::sin(31 * x) + 0.006 * std::sin(83 * x + 1) + 0.002 * std::sin(190 * x); }, 1e-3);
+      [](double x, double) {
+        return 0.012 * std::sin(31 * x) + 0.006 * std::sin(83 * x + 1) + 0.002 * std::sin(190 * x);
+      },
+      1e-3);
   PatchFinder finder;
   const double k = 2e5;
   double work = 0, gross = 0;
@@ -160,6 +164,21 @@ TEST(ContactPatch, ForceIsContinuousWhenTheWheelRollsOverAnEdge) {
     last = p.sinkage;
   }
   EXPECT_LT(jump, 6e-5);  // no more than about the travel itself
+}
+
+TEST(ContactPatch, DiscThatTouchesChangesTheForceWithAFiniteSlope) {
+  // 10 degrees across: the discs touch one after another. Over 1 um of depth length_ratio may change by 1 um times the steepest slope,
+  // 300/m, not with the root of the depth of the disc that touches (3e-3 at once).
+  const GroundPtr ground = ground_of([](double, double y) { return std::tan(10 * pi / 180) * y; });
+  PatchFinder finder;
+  double last = -1, jump = 0;
+  for (int i = 0; i < 14000; ++i) {
+    const ContactPatch p = finder.find(pose({0, 0, 0.133 - 1e-6 * i}), *ground);
+    if (last >= 0) jump = std::max(jump, std::abs(p.length_ratio - last));
+    last = p.length_ratio;
+  }
+  EXPECT_GT(last, 0.8);
+  EXPECT_LT(jump, 3e-4);
 }
 
 TEST(ContactPatch, DoublingSamplesAndStripsChangesTheSinkageLittleOnRoughGround) {

@@ -12,7 +12,8 @@ namespace grouser::test {
 /// Ground from a function and a resolution.
 class FunctionGround final : public Ground {
  public:
-  FunctionGround(std::function<double(double, double)> f, double resolution) : f_(std::move(f)), resolution_(resolution) {}
+  FunctionGround(std::function<double(double, double)> f, double resolution)
+      : f_(std::move(f)), resolution_(resolution) {}
   double height(double x, double y) const override { return f_(x, y); }
   double resolution() const override { return resolution_; }
   std::string describe() const override { return "test ground"; }
@@ -51,7 +52,8 @@ struct Bench {
     motion.X_WB_begin = motion.X_WB_end;
     motion.X_WB_end.p += dt * V.v;
     const double angle = V.w.norm() * dt;
-    if (angle > 0) motion.X_WB_end.q = (Quat(Eigen::AngleAxisd(angle, V.w.normalized())) * motion.X_WB_end.q).normalized();
+    if (angle > 0)
+      motion.X_WB_end.q = (Quat(Eigen::AngleAxisd(angle, V.w.normalized())) * motion.X_WB_end.q).normalized();
     motion.V_WB_end = V;
     terrain->step(t, dt, {&motion, 1}, {&result, 1});
     t += dt;

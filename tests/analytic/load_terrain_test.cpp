@@ -49,7 +49,8 @@ TEST_F(LoadTerrain, AnnotatedDefaultsAreAcceptedAsOptions) {
     std::string options;
     std::istringstream lines(m.annotated_defaults);
     for (std::string line; std::getline(lines, line);) options += "  " + line + "\n";
-    EXPECT_NO_THROW(load_terrain(write("t.yaml", "terrain: " + m.id + "\nsoil: sand.yaml\noptions:\n" + options))) << m.id;
+    EXPECT_NO_THROW(load_terrain(write("t.yaml", "terrain: " + m.id + "\nsoil: sand.yaml\noptions:\n" + options)))
+        << m.id;
   }
 }
 

@@ -76,7 +76,8 @@ TEST(Rigid, FreelyRollingWheelFeelsNoDragAndRollingResistanceIsItsShareOfTheLoad
 }
 
 TEST(Rigid, LedgerClosesOverABumpyDriveWithSlip) {
-  const GroundPtr ground = test::ground_of([](double x, double) { return 0.01 * std::sin(20 * x) + 0.003 * std::sin(77 * x); }, 1e-3);
+  const GroundPtr ground =
+      test::ground_of([](double x, double) { return 0.01 * std::sin(20 * x) + 0.003 * std::sin(77 * x); }, 1e-3);
   Soil s = hard();
   s.rigid->rolling_resistance = 0.02;
   Bench b(rigid_model(), s, ground);

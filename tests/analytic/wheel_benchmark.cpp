@@ -1,6 +1,6 @@
 // CPU time per wheel and step of every registered model, on flat and on rough ground, at rest and rolling.
-#include <ctime>
 #include <cstdio>
+#include <ctime>
 #include <vector>
 
 #include "grouser/models.h"

@@ -1,11 +1,10 @@
 #pragma once
 // Runs the grouser command as a user would and keeps what it printed.
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <cstdlib>
-#include <unistd.h>
-
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -39,8 +38,8 @@ inline std::filesystem::path scratch() {
 /// `grouser ARGUMENTS` in folder `directory`.
 inline CommandResult grouser_command(const std::string& arguments, const std::filesystem::path& directory) {
   const auto out = scratch() / "out.txt", err = scratch() / "err.txt";
-  const std::string line = "cd '" + directory.string() + "' && '" GROUSER_COMMAND "' " + arguments + " >'" + out.string() +
-                           "' 2>'" + err.string() + "'";
+  const std::string line = "cd '" + directory.string() + "' && '" GROUSER_COMMAND "' " + arguments + " >'" +
+                           out.string() + "' 2>'" + err.string() + "'";
   const int status = std::system(line.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(out), read_text(err)};
 }

@@ -18,7 +18,8 @@ const fs::path& short_run(const std::string& terrain) {
   if (fresh) {
     const CommandResult r =
         grouser_command("run examples/02_robot_rough_ground/robot_sinusoid.yaml --quiet --duration '1.5 s' --terrain " +
-                            terrain + " --out " + it->second.string(), source);
+                            terrain + " --out " + it->second.string(),
+                        source);
     EXPECT_EQ(r.code, 0) << r.err;
   }
   return it->second;
@@ -32,7 +33,8 @@ void expect_error(const std::string& arguments, const std::string& message) {
 
 TEST(Run, LeavesResultsReportAndAStateHash) {
   const fs::path& folder = short_run("bekker.steady");
-  for (const char* file : {"run.h5", "run.xdmf", "checkpoint.h5", "report.html"}) EXPECT_TRUE(fs::exists(folder / file)) << file;
+  for (const char* file : {"run.h5", "run.xdmf", "checkpoint.h5", "report.html"})
+    EXPECT_TRUE(fs::exists(folder / file)) << file;
   const CommandResult r = grouser_command("check " + (folder / "run.h5").string(), source);
   EXPECT_EQ(r.code, 0) << r.err;
   EXPECT_NE(r.out.find("on bekker.steady"), std::string::npos) << r.out;
@@ -40,8 +42,9 @@ TEST(Run, LeavesResultsReportAndAStateHash) {
 
 TEST(Run, RefusesToReplaceEarlierResultsUnlessAsked) {
   const fs::path& folder = short_run("rigid");
-  expect_error("run examples/02_robot_rough_ground/robot_sinusoid.yaml --out " + folder.string(),
-               folder.string() + ": holds the results of an earlier run; use --overwrite, or another folder with --out\n");
+  expect_error(
+      "run examples/02_robot_rough_ground/robot_sinusoid.yaml --out " + folder.string(),
+      folder.string() + ": holds the results of an earlier run; use --overwrite, or another folder with --out\n");
 }
 
 TEST(Run, UnknownTerrainIsNamedWithTheNearest) {
@@ -50,15 +53,17 @@ TEST(Run, UnknownTerrainIsNamedWithTheNearest) {
 }
 
 TEST(Run, DurationNeedsAUnit) {
-  expect_error("run examples/02_robot_rough_ground/robot_sinusoid.yaml --duration 5 --out " + (scratch() / "none").string(),
-               "--duration:1:11: duration: '5' has no unit; a time is wanted, for example '5 s'\n");
+  expect_error(
+      "run examples/02_robot_rough_ground/robot_sinusoid.yaml --duration 5 --out " + (scratch() / "none").string(),
+      "--duration:1:11: duration: '5' has no unit; a time is wanted, for example '5 s'\n");
   EXPECT_FALSE(fs::exists(scratch() / "none"));
 }
 
 TEST(Compare, PutsTwoRunsIntoOneReport) {
   const fs::path out = scratch() / "compare.html";
   const CommandResult r = grouser_command(
-      "compare " + short_run("rigid").string() + " " + short_run("bekker.steady").string() + " -o " + out.string(), source);
+      "compare " + short_run("rigid").string() + " " + short_run("bekker.steady").string() + " -o " + out.string(),
+      source);
   EXPECT_EQ(r.code, 0) << r.err;
   EXPECT_GT(fs::file_size(out), 100000u);
 }
@@ -66,7 +71,8 @@ TEST(Compare, PutsTwoRunsIntoOneReport) {
 TEST(Resume, RefusesACheckpointOfAnotherScenario) {
   const fs::path mixed = scratch() / "mixed";
   fs::copy(short_run("rigid"), mixed, fs::copy_options::recursive);
-  fs::copy_file(short_run("bekker.steady") / "checkpoint.h5", mixed / "checkpoint.h5", fs::copy_options::overwrite_existing);
+  fs::copy_file(short_run("bekker.steady") / "checkpoint.h5", mixed / "checkpoint.h5",
+                fs::copy_options::overwrite_existing);
   const CommandResult r = grouser_command("resume " + mixed.string(), source);
   EXPECT_EQ(r.code, 2);
   EXPECT_NE(r.err.find("checkpoint of another scenario"), std::string::npos) << r.err;
@@ -107,8 +113,9 @@ TEST(List, ShowsModelsWithWhatTheyCannotDo) {
   EXPECT_EQ(r.code, 0) << r.err;
   EXPECT_NE(r.out.find("bekker.steady\n"), std::string::npos);
   EXPECT_NE(r.out.find("cannot: "), std::string::npos);
-  expect_error("list modls", "list: cannot list 'modls'; did you mean 'models'? Known: models, effects, soils, wheels, "
-                             "vehicles, grounds\n");
+  expect_error("list modls",
+               "list: cannot list 'modls'; did you mean 'models'? Known: models, effects, soils, wheels, "
+               "vehicles, grounds\n");
   expect_error("list soils sandyloam", "list soils: no 'sandyloam'; did you mean 'sandy_loam'?\n");
 }
 
@@ -119,7 +126,9 @@ TEST(Doctor, FindsThisBuildWell) {
 }
 
 TEST(Command, UnknownCommandIsNamedWithTheNearest) {
-  expect_error("runn x", "unknown command 'runn'; did you mean 'run'? Known: run, rig, resume, check, list, report, compare, doctor\n");
+  expect_error(
+      "runn x",
+      "unknown command 'runn'; did you mean 'run'? Known: run, rig, resume, check, list, report, compare, doctor\n");
 }
 
 }  // namespace

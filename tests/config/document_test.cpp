@@ -263,9 +263,8 @@ TEST(Config, BadListsOfQuantities) {
   };
   EXPECT_THAT(
       messages("a: [1 m, 2 m]\nb: [1, 2]\nc: [1 mm, -2 mm]\n", read),
-      ElementsAre("f.yaml:1:1: a: 2 values given, 3 wanted",
-                          "f.yaml:1:1: missing key 'd'; for example 'd: [1 m, 1 m]'",
-                          "f.yaml:2:5: b[0]: '1' has no unit; a length is wanted, for example '1 m'",
+      ElementsAre("f.yaml:1:1: a: 2 values given, 3 wanted", "f.yaml:1:1: missing key 'd'; for example 'd: [1 m, 1 m]'",
+                  "f.yaml:2:5: b[0]: '1' has no unit; a length is wanted, for example '1 m'",
                   "f.yaml:2:8: b[1]: '2' has no unit; a length is wanted, for example '2 m'",
                   "f.yaml:3:11: c[1]: '-2 mm' is out of range; allowed is more than 0 mm"));
 }

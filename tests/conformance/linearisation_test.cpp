@@ -35,7 +35,8 @@ TEST_P(LinearisationOf, PredictsTheEffectOfAChangedVelocity) {
   // counts is the restoring direction. Vertical: within 10 %. Along and across, wheel moving: within 25 % where the
   // truth restores; where it does not (drawbar that falls with slip), the prediction may be at most half the vertical
   // one, so that it does not hold the wheel. Standing: a law of dry friction has no derivative at rest, so the secant
-  // over 1 mm/s is met within a factor of 10 and never exceeded twofold.
+  // over 1 mm/s is never exceeded twofold and met by half across and by a tenth along (there the Bekker-Wong arc has a force that
+  // grows with the root of the displacement).
   const std::vector<Case> cases{{"standing", {0.008, 0, 0, 0}, 1e-3},
                                 {"rolling", {0.008, 0.1, 0.05, 0}, 1e-3},
                                 {"slipping", {0.008, 0.1, 0.4, 0.1}, 1e-3},
@@ -63,7 +64,7 @@ TEST_P(LinearisationOf, PredictsTheEffectOfAChangedVelocity) {
       if (k == 2) {
         EXPECT_NEAR(predicted, truth, 0.10 * std::abs(truth)) << what;
       } else if (standing) {
-        EXPECT_LE(predicted, 0.1 * truth) << what;
+        EXPECT_LE(predicted, (k == 0 ? 0.1 : 0.5) * truth) << what;
         EXPECT_GE(predicted, 2 * truth) << what;
       } else if (truth < 0) {
         EXPECT_NEAR(predicted, truth, 0.25 * std::abs(truth)) << what;

@@ -31,6 +31,8 @@ Rest stand(Terrain& t, double mass, double dt, double duration, std::optional<do
   const Vec3 gravity(0, 0, -9.81);
   WheelState s;
   s.hub = {0, 0, radius() / std::cos(std::atan(std::hypot(t.ground().height(1, 0), t.ground().height(0, 1))))};
+  // Across the slope the uphill edge touches first; a drop starts clear of it, with nothing stored in the soil.
+  if (drop) s.hub.z() += 0.5 * gear().width() * std::abs(t.ground().height(0, 1));
   s.hub.z() += drop ? *drop : -static_depth(t, s.hub, -mass * gravity.z(), dt);
   const double start = s.hub.z();
   Vec3 v = Vec3::Zero(), at_one = s.hub, force = Vec3::Zero();

@@ -53,8 +53,8 @@ std::vector<double> line(const Ground& g, double y, double dx, int n) {
   return z;
 }
 
-constexpr double dx = 0.125;     // Nyquist 4 cycles/m, above the highest 2.83
-constexpr int samples = 64000;   // 8 km
+constexpr double dx = 0.125;           // Nyquist 4 cycles/m, above the highest 2.83
+constexpr int samples = 64000;         // 8 km
 constexpr std::size_t segment = 4096;  // 512 m
 
 Iso8608Settings long_road(std::uint64_t seed) {

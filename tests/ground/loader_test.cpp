@@ -1,10 +1,9 @@
 // Grounds from YAML: what loads, and the whole text of every error.
-#include "grouser/terrain/loaders.h"
-
 #include <png.h>
 
 #include <algorithm>
 
+#include "grouser/terrain/loaders.h"
 #include "helpers.h"
 
 namespace grouser {

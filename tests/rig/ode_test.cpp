@@ -13,7 +13,8 @@ TEST(Ode, FollowsAStiffCurveToTolerance) {
   OdeOptions o;
   o.relative = 1e-9;
   o.absolute = {1e-11};
-  Ode ode(0, {1.0}, [](double t, auto y, auto dy) { dy[0] = -1e5 * (y[0] - std::cos(t)) - std::sin(t); }, o);
+  Ode ode(
+      0, {1.0}, [](double t, auto y, auto dy) { dy[0] = -1e5 * (y[0] - std::cos(t)) - std::sin(t); }, o);
   ASSERT_EQ(ode.advance(3.0), Ode::Stop::end);
   EXPECT_EQ(ode.time(), 3.0);
   // Global error may exceed the local tolerance by the number of steps; the attraction keeps it near it.
@@ -24,7 +25,8 @@ TEST(Ode, FollowsAStiffCurveToTolerance) {
 TEST(Ode, StopsWhereAFallingBodyMeetsTheGround) {
   OdeOptions o;
   o.relative = 1e-10;
-  Ode ode(0, {2.0, 0.0}, [](double, auto y, auto dy) { dy[0] = y[1], dy[1] = -9.81; }, o);
+  Ode ode(
+      0, {2.0, 0.0}, [](double, auto y, auto dy) { dy[0] = y[1], dy[1] = -9.81; }, o);
   ode.watch(1, [](double, auto y, auto g) { g[0] = y[0]; });
   ASSERT_EQ(ode.advance(10), Ode::Stop::root);
   EXPECT_NEAR(ode.time(), std::sqrt(2 * 2.0 / 9.81), 1e-8);
@@ -53,7 +55,8 @@ TEST(Ode, PassesOnWhatTheRightHandSideThrows) {
 TEST(Ode, NamesTimeAndReasonWhenItGivesUp) {
   OdeOptions o;
   o.max_steps = 20;
-  Ode ode(0, {1.0}, [](double t, auto, auto dy) { dy[0] = std::sin(1e6 * t); }, o);
+  Ode ode(
+      0, {1.0}, [](double t, auto, auto dy) { dy[0] = std::sin(1e6 * t); }, o);
   try {
     ode.advance(1);
     FAIL();
@@ -65,9 +68,13 @@ TEST(Ode, NamesTimeAndReasonWhenItGivesUp) {
 TEST(Ode, RefusesTolerancesThatDoNotFit) {
   OdeOptions o;
   o.absolute = {1e-9, 1e-9, 1e-9};
-  EXPECT_THROW(Ode(0, {1.0, 2.0}, [](double, auto, auto) {}, o), OdeError);
+  EXPECT_THROW(Ode(
+                   0, {1.0, 2.0}, [](double, auto, auto) {}, o),
+               OdeError);
   o.absolute = {0.0};
-  EXPECT_THROW(Ode(0, {1.0, 2.0}, [](double, auto, auto) {}, o), OdeError);
+  EXPECT_THROW(Ode(
+                   0, {1.0, 2.0}, [](double, auto, auto) {}, o),
+               OdeError);
 }
 
 }  // namespace

@@ -65,8 +65,10 @@ Overlap overlap(const Profile& p, double x, double z) {
     }
     return 0.5 * (a + b);
   };
-  static constexpr std::array<double, 4> node{0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
-  static constexpr std::array<double, 4> weight{0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763};
+  static constexpr std::array<double, 4> node{0.1834346424956498, 0.5255324099163290, 0.7966664774136267,
+                                              0.9602898564975363};
+  static constexpr std::array<double, 4> weight{0.3626837833783620, 0.3137066458778873, 0.2223810344533745,
+                                                0.1012285362903763};
   Overlap o;
   auto add = [&](double a, double b) {
     std::vector<double> cuts{a, b};
@@ -74,7 +76,8 @@ Overlap overlap(const Profile& p, double x, double z) {
       if (k > a && k < b) cuts.insert(cuts.end() - 1, k);
     for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
       const double m = 0.5 * (cuts[i] + cuts[i + 1]), h = 0.5 * (cuts[i + 1] - cuts[i]);
-      for (std::size_t g = 0; g < node.size(); ++g) o.area += h * weight[g] * (depth(m - h * node[g]) + depth(m + h * node[g]));
+      for (std::size_t g = 0; g < node.size(); ++g)
+        o.area += h * weight[g] * (depth(m - h * node[g]) + depth(m + h * node[g]));
     }
     const auto up = [&](double s) { return std::sqrt(radius * radius - (s - x) * (s - x)); };
     o.by_z -= b - a;
@@ -120,16 +123,20 @@ std::vector<double> reference(const Profile& p) {
   o.relative = 1e-8;
   o.absolute = {1e-9};
   o.max_step = 5e-3;  // 25 mm of travel: the solver must not step over the kerb
-  vehicle::Ode ode(0, {z1_rest, 0, z2_rest, 0}, [&](double t, auto y, auto dy) {
-    const double s = suspension(y[0], y[1], y[2], y[3]);
-    dy[0] = y[1];
-    dy[1] = (contact_force(p, x_start + speed * t, y[0], speed, y[1]) - s) / unsprung - gravity;
-    dy[2] = y[3];
-    dy[3] = s / sprung - gravity;
-  }, o);
+  vehicle::Ode ode(
+      0, {z1_rest, 0, z2_rest, 0},
+      [&](double t, auto y, auto dy) {
+        const double s = suspension(y[0], y[1], y[2], y[3]);
+        dy[0] = y[1];
+        dy[1] = (contact_force(p, x_start + speed * t, y[0], speed, y[1]) - s) / unsprung - gravity;
+        dy[2] = y[3];
+        dy[3] = s / sprung - gravity;
+      },
+      o);
   std::vector<double> z;
   for (int i = 1; i <= static_cast<int>(duration * 1000); ++i) {
-    while (ode.advance(i * 1e-3) == vehicle::Ode::Stop::root) {}
+    while (ode.advance(i * 1e-3) == vehicle::Ode::Stop::root) {
+    }
     z.push_back(ode.state()[2]);
   }
   return z;
@@ -162,7 +169,8 @@ std::vector<double> in_bullet(const Profile& p, int rate) {
   soil.rigid = RigidSoil{tyre, tyre_damper, 0.0, 0.0, 0.0};
   // The ground as a polyline of 1.5 mm: fine enough not to be seen in the error.
   const ConfigDocument options = ConfigDocument::from_text("{strips: 1, samples_per_radius: 200}", "options");
-  const std::shared_ptr<Terrain> terrain = rigid_model().make({soil, std::make_shared<ProfileGround>(p), options.root(), gravity});
+  const std::shared_ptr<Terrain> terrain =
+      rigid_model().make({soil, std::make_shared<ProfileGround>(p), options.root(), gravity});
   options.check();
   bullet::TerrainAction action(world, terrain);
   action.add_wheel(wheel.body, {"wheel", SmoothCylinder{radius, 0.2}}, "wheel");
@@ -173,8 +181,8 @@ std::vector<double> in_bullet(const Profile& p, int rate) {
   std::vector<double> z;
   double v1 = 0;  // after the solve: the body's own velocity already holds the soil's impulse of the coming step
   for (int i = 1; i <= static_cast<int>(duration * rate); ++i) {
-    const double s = suspension(wheel.body.getWorldTransform().getOrigin().z(), v1, body.body.getWorldTransform().getOrigin().z(),
-                                body.body.getLinearVelocity().z());
+    const double s = suspension(wheel.body.getWorldTransform().getOrigin().z(), v1,
+                                body.body.getWorldTransform().getOrigin().z(), body.body.getLinearVelocity().z());
     wheel.body.applyCentralForce(btVector3(0, 0, -s));
     body.body.applyCentralForce(btVector3(0, 0, s));
     world.stepSimulation(dt, 0);
@@ -206,8 +214,10 @@ void compare(const char* name, const Profile& p) {
   }
   // Order from three steps, without the reference: what the halving of the step still changes.
   const double order = std::log2(rms_difference(z[0], z[1]) / rms_difference(z[1], z[2]));
-  std::printf("%s: body motion %.2f mm rms; difference from CVODE %.4f %% at 1 kHz, %.4f %% at 2 kHz, %.4f %% at 4 kHz; order %.3f\n",
-              name, 1e3 * motion, 100 * error[0], 100 * error[1], 100 * error[2], order);
+  std::printf(
+      "%s: body motion %.2f mm rms; difference from CVODE %.4f %% at 1 kHz, %.4f %% at 2 kHz, %.4f %% at 4 kHz; order "
+      "%.3f\n",
+      name, 1e3 * motion, 100 * error[0], 100 * error[1], 100 * error[2], order);
   ::testing::Test::RecordProperty("rms_difference_percent_1kHz", std::to_string(100 * error[0]));
   ::testing::Test::RecordProperty("observed_order", std::to_string(order));
   EXPECT_LE(error[0], 0.01);

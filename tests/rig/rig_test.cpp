@@ -28,8 +28,10 @@ struct Case {
     fs::remove_all(folder);
     fs::create_directories(folder);
     file = folder / "rig.yaml";
-    std::ofstream(file) << "rig: test\nwheel: " << examples << "wheels/mit_wheel.yaml\nterrain: {model: bekker.steady, soil: "
-                        << examples << "soils/mojave_martian_simulant.yaml}\n" << load << more;
+    std::ofstream(file) << "rig: test\nwheel: " << examples
+                        << "wheels/mit_wheel.yaml\nterrain: {model: bekker.steady, soil: " << examples
+                        << "soils/mojave_martian_simulant.yaml}\n"
+                        << load << more;
   }
   RigSummary run(const std::string& out = "out", int threads = 1, const std::string& integrator = "fixed") const {
     RigOptions o;
@@ -53,12 +55,16 @@ std::string content(const fs::path& file) {
   return s.str();
 }
 
-std::vector<double> channel(const fs::path& folder, const std::string& name) { return RunFile(folder / "run.h5").read(name); }
+std::vector<double> channel(const fs::path& folder, const std::string& name) {
+  return RunFile(folder / "run.h5").read(name);
+}
 
 // Truth: the pure function that solves Fz(theta_f) = load, without time, Bullet or adapter. The rig must arrive there on its own.
 TEST(Rig, SteadyValuesAreThoseOfTheEquilibriumFunction) {
   // The model forgets how the wheel was set down over contact lengths (50 mm) of travel, whatever the time: hence a distance.
-  const Case c("angular_speed: 17 deg/s\nslips: [-0.7, -0.1, 0, 0.1, 0.3, 0.7]\nslip_definition: rim\ndistance: 0.7 m\naverage_over: 20 %\n");
+  const Case c(
+      "angular_speed: 17 deg/s\nslips: [-0.7, -0.1, 0, 0.1, 0.3, 0.7]\nslip_definition: rim\ndistance: 0.7 "
+      "m\naverage_over: 20 %\n");
   const auto s = c.run("out", 2);
   ASSERT_EQ(s.rows.size(), 6u);
   for (const RigRow& r : s.rows) {
@@ -89,8 +95,9 @@ TEST(Rig, BrakingCasesOfBothDefinitionsAreTheirConversions) {
 
 // The fixed step (1 ms, Bullet, adapter) against CVODE on the same force law, over the whole run with its ramp.
 TEST(Rig, FixedStepFollowsTheIntegratedReference) {
-  const Case c("angular_speed: 17 deg/s\nslips: [-0.3, 0.3]\nslip_definition: rim\nduration: 1.5 s\nsettle: 0.2 s\nramp: 0.5 s\n"
-               "output: {rate: 200 Hz}\n");
+  const Case c(
+      "angular_speed: 17 deg/s\nslips: [-0.3, 0.3]\nslip_definition: rim\nduration: 1.5 s\nsettle: 0.2 s\nramp: 0.5 s\n"
+      "output: {rate: 200 Hz}\n");
   const auto fixed = c.run("fixed"), exact = c.run("cvode", 1, "cvode");
   for (std::size_t i = 0; i < 2; ++i) {
     SCOPED_TRACE(fixed.rows[i].spec.slip);
@@ -98,7 +105,8 @@ TEST(Rig, FixedStepFollowsTheIntegratedReference) {
     EXPECT_NEAR(fixed.rows[i].sinkage.mean, exact.rows[i].sinkage.mean, 1e-5);
     const fs::path name = "case_00" + std::to_string(i);
     for (const auto& [channel_name, allowed] : {std::pair{"wheel.sinkage", 1e-4}, {"wheel.drawbar_pull", 0.02 * 115}}) {
-      const auto a = channel(c.folder / "fixed" / name, channel_name), b = channel(c.folder / "cvode" / name, channel_name);
+      const auto a = channel(c.folder / "fixed" / name, channel_name),
+                 b = channel(c.folder / "cvode" / name, channel_name);
       ASSERT_EQ(a.size(), b.size());
       double squares = 0;
       for (std::size_t k = 0; k < a.size(); ++k) squares += (a[k] - b[k]) * (a[k] - b[k]);
@@ -110,7 +118,9 @@ TEST(Rig, FixedStepFollowsTheIntegratedReference) {
 }
 
 TEST(Rig, TrimmedStartDoesNotMove) {
-  const Case c("angular_speed: 17 deg/s\nslips: [0.1]\nslip_definition: rim\nduration: 0.5 s\nramp: 0.2 s\noutput: {rate: 1000 Hz}\n");
+  const Case c(
+      "angular_speed: 17 deg/s\nslips: [0.1]\nslip_definition: rim\nduration: 0.5 s\nramp: 0.2 s\noutput: {rate: 1000 "
+      "Hz}\n");
   const auto s = c.run();
   EXPECT_LT(std::abs(s.rows[0].touch_down_overshoot), 1e-6);
   const auto p = channel(c.folder / "out" / "case_000", "wheel.position");
@@ -121,7 +131,8 @@ TEST(Rig, TrimmedStartDoesNotMove) {
 
 // Lowered at 10 mm/s the wheel is let go at the first step that carries the load: past it by at most one step's travel (10 um).
 TEST(Rig, LoweringTouchesDownWithoutABounce) {
-  const Case c("angular_speed: 17 deg/s\nslips: [0.1]\nslip_definition: rim\nduration: 0.5 s\ntouch_down: {by: lowering}\n");
+  const Case c(
+      "angular_speed: 17 deg/s\nslips: [0.1]\nslip_definition: rim\nduration: 0.5 s\ntouch_down: {by: lowering}\n");
   for (const char* integrator : {"fixed", "cvode"}) {
     const auto s = c.run(integrator, 1, integrator);
     EXPECT_LT(s.rows[0].touch_down_overshoot, 0.01) << integrator;
@@ -210,7 +221,8 @@ void expect_error(const std::string& more, const std::string& wanted, const std:
     FAIL() << "no error";
   } catch (const ConfigError& e) {
     std::string text = e.what();
-    for (std::size_t at; (at = text.find(c.file.string())) != std::string::npos;) text.replace(at, c.file.string().size(), "rig.yaml");
+    for (std::size_t at; (at = text.find(c.file.string())) != std::string::npos;)
+      text.replace(at, c.file.string().size(), "rig.yaml");
     EXPECT_EQ(text, wanted);
   }
 }
@@ -221,26 +233,31 @@ TEST(RigErrors, UnknownSlipDefinition) {
 }
 TEST(RigErrors, BothSpeedsHeld) {
   expect_error("angular_speed: 17 deg/s\ntravel_speed: 1 m/s\nslips: [0.1]\nslip_definition: rim\nduration: 1 s\n",
-               "rig.yaml:1:1: exactly one of 'angular_speed' (for example 17 deg/s) and 'travel_speed' (for example 10 mm/s) is wanted");
+               "rig.yaml:1:1: exactly one of 'angular_speed' (for example 17 deg/s) and 'travel_speed' (for example 10 "
+               "mm/s) is wanted");
 }
 TEST(RigErrors, LoadAndMass) {
   expect_error("angular_speed: 17 deg/s\nslips: [0.1]\nslip_definition: rim\nduration: 1 s\n",
-               "rig.yaml:1:1: exactly one of 'load' (for example 115 N, the wheel's weight included) and 'mass' (for example 8.155 kg) is wanted",
+               "rig.yaml:1:1: exactly one of 'load' (for example 115 N, the wheel's weight included) and 'mass' (for "
+               "example 8.155 kg) is wanted",
                "load: 115 N\nmass: 3 kg\n");
 }
 TEST(RigErrors, SlipThatATurningWheelCannotHave) {
   expect_error("angular_speed: 17 deg/s\nslips: [-1.5]\nslip_definition: symmetric\nduration: 1 s\n",
-               "rig.yaml:6:1: slips: -1.5 by the definition 'symmetric': a turning wheel has no slip of -1 or below by the symmetric definition");
+               "rig.yaml:6:1: slips: -1.5 by the definition 'symmetric': a turning wheel has no slip of -1 or below by "
+               "the symmetric definition");
 }
 TEST(RigErrors, MeasuredColumnThatIsNotThere) {
   const std::string table = examples + "03_single_wheel_rig/data/mit_mms_wheel/wheel_steady.csv";
-  expect_error("angular_speed: 17 deg/s\nslips: [0.1]\nslip_definition: rim\nduration: 1 s\nmeasured:\n  file: " + table +
-                   "\n  drawbar_pull: {column: drawbar_M, unit: N}\n",
-               "rig.yaml:11:26: measured.drawbar_pull.column: the table " + table + " has no column 'drawbar_M'; did you mean 'drawbar_N'?");
+  expect_error("angular_speed: 17 deg/s\nslips: [0.1]\nslip_definition: rim\nduration: 1 s\nmeasured:\n  file: " +
+                   table + "\n  drawbar_pull: {column: drawbar_M, unit: N}\n",
+               "rig.yaml:11:26: measured.drawbar_pull.column: the table " + table +
+                   " has no column 'drawbar_M'; did you mean 'drawbar_N'?");
 }
 TEST(RigErrors, TypoInAKey) {
   expect_error("angular_sped: 17 deg/s\nslips: [0.1]\nslip_definition: rim\nduration: 1 s\n",
-               "rig.yaml:1:1: exactly one of 'angular_speed' (for example 17 deg/s) and 'travel_speed' (for example 10 mm/s) is wanted\n"
+               "rig.yaml:1:1: exactly one of 'angular_speed' (for example 17 deg/s) and 'travel_speed' (for example 10 "
+               "mm/s) is wanted\n"
                "rig.yaml:5:1: unknown key 'angular_sped'; did you mean 'angular_speed'?");
 }
 
@@ -258,7 +275,8 @@ TEST(RigErrors, CvodeRefusesATerrainThatIntegratesInside) {
   };
   Registry registry = all_models();
   registry.add({"grains", "", "", "", "", [](const TerrainArgs& a) { return std::make_unique<Grains>(a.ground); }});
-  const Case c("angular_speed: 17 deg/s\nslips: [0.1]\nslip_definition: rim\nduration: 1 s\ntouch_down: {by: lowering}\n");
+  const Case c(
+      "angular_speed: 17 deg/s\nslips: [0.1]\nslip_definition: rim\nduration: 1 s\ntouch_down: {by: lowering}\n");
   RigOptions o;
   o.out = c.folder / "out";
   o.terrain = "grains";
@@ -267,8 +285,9 @@ TEST(RigErrors, CvodeRefusesATerrainThatIntegratesInside) {
     run_rig(c.file, registry, o);
     FAIL();
   } catch (const ConfigError& e) {
-    EXPECT_EQ(std::string(e.what()), c.file.string() + ": terrain 'grains' has no force law that an ODE solver can follow (it "
-                                     "integrates inside); use --integrator fixed");
+    EXPECT_EQ(std::string(e.what()), c.file.string() +
+                                         ": terrain 'grains' has no force law that an ODE solver can follow (it "
+                                         "integrates inside); use --integrator fixed");
   }
 }
 

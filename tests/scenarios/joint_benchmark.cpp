@@ -1,6 +1,8 @@
-// Which coordinates and which solver hold the joints, and what a step costs. Prints the table of vehicle/README.md; not a test.
-//   joint_benchmark [seconds]: each shipped vehicle over ISO 8608 class E on hard ground at 1 ms with each solver of VehicleWorld, and the
-//   robot as a btMultiBody (reduced coordinates: no drift by construction) in the air, for its cost.
+// Which coordinates and which solver hold the joints, and what a step costs. Prints the table of vehicle/README.md; not
+// a test.
+//   joint_benchmark [seconds]: each shipped vehicle over ISO 8608 class E on hard ground at 1 ms with each solver of
+//   VehicleWorld, and the robot as a btMultiBody (reduced coordinates: no drift by construction) in the air, for its
+//   cost.
 #include <BulletCollision/BroadphaseCollision/btSimpleBroadphase.h>
 #include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
 #include <BulletDynamics/Featherstone/btMultiBody.h>
@@ -27,7 +29,8 @@ void maximal(const char* file, double speed, double seconds, WorldOptions o, con
   InputLog log;
   const VehicleSpec v = load_vehicle(std::filesystem::path(GROUSER_SOURCE_DIR) / "examples/vehicles" / file, {}, log);
   log.check();
-  const ConfigDocument d = ConfigDocument::from_text("ground: {shape: iso8608, class: E, track_width: 1 m, start: 2 m, run_in: 2 m}\n", "ground");
+  const ConfigDocument d = ConfigDocument::from_text(
+      "ground: {shape: iso8608, class: E, track_width: 1 m, start: 2 m, run_in: 2 m}\n", "ground");
   const GroundPtr ground = load_ground(d.root().map("ground"), 1);
   d.check();
   Soil soil;
@@ -45,7 +48,8 @@ void maximal(const char* file, double speed, double seconds, WorldOptions o, con
       wall += std::chrono::duration<double>(Clock::now() - begin).count();
       drift = std::max(drift, w.joint_drift());
     }
-    std::printf("| %-15s | %-22s | %10.3g | %6.1f | %6.1f |\n", file, name, 1e3 * drift, 1e6 * (wall - w.terrain_seconds()) / static_cast<double>(n),
+    std::printf("| %-15s | %-22s | %10.3g | %6.1f | %6.1f |\n", file, name, 1e3 * drift,
+                1e6 * (wall - w.terrain_seconds()) / static_cast<double>(n),
                 1e6 * w.terrain_seconds() / static_cast<double>(n));
   } catch (const std::exception& e) {
     std::printf("| %-15s | %-22s | fails at %.3f s: %s |\n", file, name, w.time(), e.what());
@@ -76,7 +80,8 @@ void reduced(double seconds) {
     world.stepSimulation(1e-3, 0);
   }
   const double wall = std::chrono::duration<double>(Clock::now() - begin).count();
-  std::printf("| %-15s | %-22s | %10s | %6.1f | %6s |\n", "robot, in the air", "btMultiBody", "0", 1e6 * wall / static_cast<double>(n), "-");
+  std::printf("| %-15s | %-22s | %10s | %6.1f | %6s |\n", "robot, in the air", "btMultiBody", "0",
+              1e6 * wall / static_cast<double>(n), "-");
   world.removeMultiBody(&robot);
 }
 

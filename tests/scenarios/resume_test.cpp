@@ -21,7 +21,8 @@ void run_and_kill(const fs::path& out, const std::string& terrain, double durati
   const pid_t child = fork();
   if (child == 0) {
     const std::string seconds = std::to_string(duration);
-    execl(RUN_PROGRAM, RUN_PROGRAM, "run", scenario.c_str(), out.c_str(), terrain.c_str(), "1", seconds.c_str(), nullptr);
+    execl(RUN_PROGRAM, RUN_PROGRAM, "run", scenario.c_str(), out.c_str(), terrain.c_str(), "1", seconds.c_str(),
+          nullptr);
     _exit(127);
   }
   ASSERT_GT(child, 0);
@@ -44,7 +45,8 @@ class SameBits : public testing::TestWithParam<const char*> {};
 
 TEST_P(SameBits, ForOneAndTwoThreads) {
   const Folder f;
-  EXPECT_EQ(run(scenario, f.path() / "one", GetParam(), 2.5, 1).end_state_hash, run(scenario, f.path() / "two", GetParam(), 2.5, 2).end_state_hash);
+  EXPECT_EQ(run(scenario, f.path() / "one", GetParam(), 2.5, 1).end_state_hash,
+            run(scenario, f.path() / "two", GetParam(), 2.5, 2).end_state_hash);
 }
 
 TEST_P(SameBits, ForARunThatWasKilledAndResumed) {
@@ -68,9 +70,8 @@ TEST_P(SameBits, ForARunThatWasKilledAndResumed) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Terrains, SameBits, testing::Values("rigid", "bekker.steady"), [](const auto& i) {
-  return std::string(i.param) == "rigid" ? "rigid" : "bekker_steady";
-});
+INSTANTIATE_TEST_SUITE_P(Terrains, SameBits, testing::Values("rigid", "bekker.steady"),
+                         [](const auto& i) { return std::string(i.param) == "rigid" ? "rigid" : "bekker_steady"; });
 
 TEST(Resume, CheckpointOfAnotherScenarioIsRefused) {
   const Folder f;

@@ -23,7 +23,8 @@ class Shipped : public testing::TestWithParam<Case> {};
 
 TEST_P(Shipped, StaticWheelLoadsSumToTheWeight) {
   const Folder f;
-  const RunSummary s = run(examples / "02_robot_rough_ground" / GetParam().scenario, f.path() / "out", GetParam().terrain, 0.02);
+  const RunSummary s =
+      run(examples / "02_robot_rough_ground" / GetParam().scenario, f.path() / "out", GetParam().terrain, 0.02);
   const RunFile file(f.path() / "out/run.h5");
   double sum = 0;
   std::string wheels = file.attribute("wheels") + ",";
@@ -36,7 +37,8 @@ TEST_P(Shipped, StaticWheelLoadsSumToTheWeight) {
 
 TEST_P(Shipped, EnergyClosesAndJointsHold) {
   const Folder f;
-  const RunSummary s = run(examples / "02_robot_rough_ground" / GetParam().scenario, f.path() / "out", GetParam().terrain, 3);
+  const RunSummary s =
+      run(examples / "02_robot_rough_ground" / GetParam().scenario, f.path() / "out", GetParam().terrain, 3);
   EXPECT_LT(s.energy_residual_ratio, 0.005);
   EXPECT_LT(s.joint_drift_m, 1e-4);
   const RunFile file(f.path() / "out/run.h5");
@@ -46,8 +48,9 @@ TEST_P(Shipped, EnergyClosesAndJointsHold) {
 
 INSTANTIATE_TEST_SUITE_P(Examples, Shipped,
                          testing::Values(Case{"robot_iso_e.yaml", "rigid"}, Case{"robot_iso_e.yaml", "bekker.steady"},
-                                         Case{"robot_belgian_block.yaml", "bekker.steady"}, Case{"rover_rocks.yaml", "rigid"},
-                                         Case{"rover_rocks.yaml", "bekker.steady"}, Case{"offroad_iso_e.yaml", "rigid"},
+                                         Case{"robot_belgian_block.yaml", "bekker.steady"},
+                                         Case{"rover_rocks.yaml", "rigid"}, Case{"rover_rocks.yaml", "bekker.steady"},
+                                         Case{"offroad_iso_e.yaml", "rigid"},
                                          Case{"offroad_iso_e.yaml", "bekker.steady"}),
                          name_of);
 
@@ -72,7 +75,8 @@ TEST(Scenario, PathFollowerReachesItsWaypoints) {
     for (const auto& [x, y] : {std::pair{2.0, 0.0}, {3.5, 1.5}, {3.5, 3.5}}) {
       double nearest = 1e9;
       for (std::size_t i = 0; i + 2 < p.size(); i += 3) nearest = std::min(nearest, std::hypot(p[i] - x, p[i + 1] - y));
-      EXPECT_LT(nearest, 0.36) << terrain << " waypoint " << x << ", " << y;  // tolerance of the path: half the look-ahead, 0.35 m
+      EXPECT_LT(nearest, 0.36) << terrain << " waypoint " << x << ", "
+                               << y;  // tolerance of the path: half the look-ahead, 0.35 m
     }
     EXPECT_LT(std::abs(last(file, "vehicle.speed")), 0.02) << terrain;  // and stops at the last one
   }
@@ -82,7 +86,8 @@ TEST(Scenario, SteeredVehicleReachesItsWaypoints) {
   const Folder f;
   std::string t = shipped("offroad_iso_e.yaml");
   t = t.substr(0, t.find("ground:")) +
-      "driver: {type: path, speed: 3 m/s, ramp: 2 s, waypoints: [[10 m, 0 m], [18 m, 6 m]], lookahead: 3 m, tolerance: 1 m}\n";
+      "driver: {type: path, speed: 3 m/s, ramp: 2 s, waypoints: [[10 m, 0 m], [18 m, 6 m]], lookahead: 3 m, tolerance: "
+      "1 m}\n";
   const fs::path file = f.write("path.yaml", replaced(t, "duration: 10 s", "duration: 11 s"));
   run(file, f.path() / "out", "rigid", 0);
   const RunFile r(f.path() / "out/run.h5");
@@ -117,7 +122,8 @@ TEST(Scenario, AVehicleThatFallsOffTheMapIsReportedByName) {
   // The map ends 1 m ahead: a cliff.
   const Folder f;
   std::string t = shipped("robot_iso_e.yaml");
-  t = t.substr(0, t.find("ground:")) + "ground: {shape: step, height: -20 m, start: 0.8 m}\ndriver: {type: speed_hold, speed: 0.8 m/s}\n";
+  t = t.substr(0, t.find("ground:")) +
+      "ground: {shape: step, height: -20 m, start: 0.8 m}\ndriver: {type: speed_hold, speed: 0.8 m/s}\n";
   const fs::path file = f.write("cliff.yaml", t);
   try {
     run(file, f.path() / "out", "rigid", 8);
@@ -154,7 +160,8 @@ TEST(Scenario, NotANumberIsReportedByName) {
   registry.add({"broken", "", "", "", "", [](const TerrainArgs& a) { return std::make_unique<Broken>(a.ground); }});
   const Folder f;
   std::string t = shipped("robot_iso_e.yaml");
-  t = replaced(t.substr(0, t.find("ground:")), "model: bekker.steady", "model: broken") + "start: {settle: 0.1 s}\ndriver: {type: speed_hold, speed: 0.5 m/s}\n";
+  t = replaced(t.substr(0, t.find("ground:")), "model: bekker.steady", "model: broken") +
+      "start: {settle: 0.1 s}\ndriver: {type: speed_hold, speed: 0.5 m/s}\n";
   RunOptions o;
   o.out = f.path() / "out";
   try {
@@ -171,9 +178,11 @@ TEST(Scenario, NotANumberIsReportedByName) {
 TEST(Scenario, AllErrorsOfAllFilesComeAtOnce) {
   const Folder f;
   std::string vehicle = read(examples / "vehicles/skid_robot.yaml");
-  for (std::size_t at = 0; (at = vehicle.find("../", at)) != std::string::npos;) vehicle.replace(at, 3, examples.string() + "/");
+  for (std::size_t at = 0; (at = vehicle.find("../", at)) != std::string::npos;)
+    vehicle.replace(at, 3, examples.string() + "/");
   f.write("bad_vehicle.yaml", replaced(vehicle, "motor: drive", "motr: drive"));
-  std::string t = replaced(shipped("robot_iso_e.yaml"), (examples / "vehicles/skid_robot.yaml").string(), "bad_vehicle.yaml");
+  std::string t =
+      replaced(shipped("robot_iso_e.yaml"), (examples / "vehicles/skid_robot.yaml").string(), "bad_vehicle.yaml");
   t = replaced(t, "time_step: 1 ms", "time_step: 1");
   t = replaced(t, "model: bekker.steady", "model: beker.steady");
   const fs::path file = f.write("bad.yaml", t);

@@ -57,11 +57,13 @@ inline std::string replaced(std::string text, const std::string& from, const std
 /// A shipped scenario whose relative names work from anywhere.
 inline std::string shipped(const std::string& name) {
   std::string text = read(examples / "02_robot_rough_ground" / name);
-  for (std::size_t at = 0; (at = text.find("../", at)) != std::string::npos;) text.replace(at, 3, examples.string() + "/");
+  for (std::size_t at = 0; (at = text.find("../", at)) != std::string::npos;)
+    text.replace(at, 3, examples.string() + "/");
   return text;
 }
 
-inline RunSummary run(const fs::path& scenario, const fs::path& out, const std::string& terrain, double duration, int threads = 1) {
+inline RunSummary run(const fs::path& scenario, const fs::path& out, const std::string& terrain, double duration,
+                      int threads = 1) {
   RunOptions o;
   o.out = out;
   o.terrain = terrain;

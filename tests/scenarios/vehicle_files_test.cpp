@@ -12,18 +12,21 @@ using test::Folder;
 
 std::string robot() {
   std::string t = test::read(test::examples / "vehicles/skid_robot.yaml");
-  for (std::size_t at = 0; (at = t.find("../", at)) != std::string::npos;) t.replace(at, 3, test::examples.string() + "/");
+  for (std::size_t at = 0; (at = t.find("../", at)) != std::string::npos;)
+    t.replace(at, 3, test::examples.string() + "/");
   return t;
 }
 
 std::string rover() {
   std::string t = test::read(test::examples / "vehicles/rover.yaml");
-  for (std::size_t at = 0; (at = t.find("../", at)) != std::string::npos;) t.replace(at, 3, test::examples.string() + "/");
+  for (std::size_t at = 0; (at = t.find("../", at)) != std::string::npos;)
+    t.replace(at, 3, test::examples.string() + "/");
   return t;
 }
 
 /// All error lines of a vehicle, file names without their folder.
-std::string errors_of(const std::string& text, const std::string& name = "v.yaml", const std::string& extras = "x: 1\n") {
+std::string errors_of(const std::string& text, const std::string& name = "v.yaml",
+                      const std::string& extras = "x: 1\n") {
   const Folder f;
   InputLog log;
   const ConfigDocument e = ConfigDocument::from_text(extras, "scenario.yaml", f.path());
@@ -32,7 +35,8 @@ std::string errors_of(const std::string& text, const std::string& name = "v.yaml
     log.check();
   } catch (const ConfigError& err) {
     std::string all = err.what();
-    for (std::size_t at; (at = all.find(f.path().string() + "/")) != std::string::npos;) all.erase(at, f.path().string().size() + 1);
+    for (std::size_t at; (at = all.find(f.path().string() + "/")) != std::string::npos;)
+      all.erase(at, f.path().string().size() + 1);
     return all;
   }
   return "";
@@ -45,7 +49,11 @@ int line_of(const std::string& text, const std::string& what) {
 }
 
 TEST(VehicleFiles, ShippedVehiclesHaveTheirMassAndSize) {
-  struct Case { const char* file; double mass, track, wheelbase; std::size_t wheels; };
+  struct Case {
+    const char* file;
+    double mass, track, wheelbase;
+    std::size_t wheels;
+  };
   for (const Case& c : {Case{"skid_robot.yaml", 30, 0.40, 0.45, 4}, Case{"rover.yaml", 172, 1.06, 1.40, 6},
                         Case{"offroad.yaml", 1200, 1.50, 2.40, 4}}) {
     InputLog log;
@@ -61,13 +69,16 @@ TEST(VehicleFiles, ShippedVehiclesHaveTheirMassAndSize) {
 TEST(VehicleFiles, UnknownCarrierIsNamedWithItsPlaceAndTheNearestName) {
   const std::string t = test::replaced(robot(), "carrier: chassis", "carrier: chasis");
   const int line = line_of(t, "carrier: chasis");
-  EXPECT_EQ(errors_of(t), "v.yaml:" + std::to_string(line) + ":14: wheels.front_left.carrier: unknown body 'chasis'; did you mean 'chassis'? known: chassis");
+  EXPECT_EQ(errors_of(t),
+            "v.yaml:" + std::to_string(line) +
+                ":14: wheels.front_left.carrier: unknown body 'chasis'; did you mean 'chassis'? known: chassis");
 }
 
 TEST(VehicleFiles, UnknownMotorIsNamed) {
   const std::string t = test::replaced(robot(), "motor: drive", "motor: drvie");
-  EXPECT_EQ(errors_of(t), "v.yaml:" + std::to_string(line_of(t, "motor: drvie")) +
-                              ":12: wheels.front_left.motor: unknown motor 'drvie'; did you mean 'drive'? known: drive");
+  EXPECT_EQ(errors_of(t),
+            "v.yaml:" + std::to_string(line_of(t, "motor: drvie")) +
+                ":12: wheels.front_left.motor: unknown motor 'drvie'; did you mean 'drive'? known: drive");
 }
 
 TEST(VehicleFiles, ZeroMassIsRefused) {
@@ -85,17 +96,21 @@ TEST(VehicleFiles, MissingWheelFileIsNamed) {
 }
 
 TEST(VehicleFiles, AnInertiaThatNoBodyHasIsRefused) {
-  const std::string t = test::replaced(robot(), "{box: {assumed: [0.60 m, 0.28 m, 0.16 m], why: \"solid box of the hull's size\"}}",
-                                       "{moments: [1 kg m^2, 1 kg m^2, 3 kg m^2]}");
+  const std::string t =
+      test::replaced(robot(), "{box: {assumed: [0.60 m, 0.28 m, 0.16 m], why: \"solid box of the hull's size\"}}",
+                     "{moments: [1 kg m^2, 1 kg m^2, 3 kg m^2]}");
   const std::string e = errors_of(t);
-  EXPECT_EQ(e, "v.yaml:" + std::to_string(line_of(t, "  chassis:")) +
-                   ":3: inertia of body 'chassis' belongs to no body: principal moments 1, 1, 3 kg m^2 must be positive and the "
-                   "largest at most the sum of the others");
+  EXPECT_EQ(
+      e,
+      "v.yaml:" + std::to_string(line_of(t, "  chassis:")) +
+          ":3: inertia of body 'chassis' belongs to no body: principal moments 1, 1, 3 kg m^2 must be positive and the "
+          "largest at most the sum of the others");
 }
 
 TEST(VehicleFiles, TwoParentsAreALoop) {
-  const std::string t = test::replaced(rover(), "joints:\n", "joints:\n  extra: {type: revolute, parent: chassis, child: left_bogie, "
-                                                            "anchor: [0 m, 0 m, 0 m], axis: [0, 1, 0]}\n");
+  const std::string t = test::replaced(rover(), "joints:\n",
+                                       "joints:\n  extra: {type: revolute, parent: chassis, child: left_bogie, "
+                                       "anchor: [0 m, 0 m, 0 m], axis: [0, 1, 0]}\n");
   const std::string e = errors_of(t);
   EXPECT_NE(e.find("body 'left_bogie' has two parents: joints 'extra' and 'left_bogie_pivot'"), std::string::npos) << e;
 }
@@ -103,12 +118,15 @@ TEST(VehicleFiles, TwoParentsAreALoop) {
 constexpr const char* urdf_extras =
     "motors:\n  drive: {stall_torque: 20 N m, no_load_speed: 12 rad/s, speed_gain: 4 N m s/rad}\n"
     "wheels:\n  wheel: {wheel: WHEEL, motor: drive}\n";
-std::string extras() { return test::replaced(urdf_extras, "WHEEL", (test::examples / "wheels/robot_wheel.yaml").string()); }
+std::string extras() {
+  return test::replaced(urdf_extras, "WHEEL", (test::examples / "wheels/robot_wheel.yaml").string());
+}
 
 constexpr const char* urdf =
     "<robot name=\"r\">\n"
     "  <link name=\"base\"><inertial><mass value=\"10\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\"/></inertial></link>\n"
-    "  <link name=\"wheel\"><inertial><mass value=\"2\"/><inertia ixx=\"0.01\" iyy=\"0.01\" izz=\"0.01\"/></inertial></link>\n"
+    "  <link name=\"wheel\"><inertial><mass value=\"2\"/><inertia ixx=\"0.01\" iyy=\"0.01\" "
+    "izz=\"0.01\"/></inertial></link>\n"
     "  <joint name=\"axle\" type=\"continuous\">\n"
     "    <parent link=\"base\"/><child link=\"wheel\"/>\n"
     "    <axis xyz=\"0 1 0\"/>\n"
@@ -124,7 +142,8 @@ TEST(Urdf, UnknownParentIsNamedWithItsPlace) {
 
 TEST(Urdf, ALinkWithoutMassIsNamed) {
   EXPECT_EQ(errors_of(test::replaced(urdf, "mass value=\"2\"", "mass value=\"0\""), "r.urdf", extras()),
-            "r.urdf:3:3: body 'wheel' has no mass: every body that is not fixed to another needs a positive mass and an inertia");
+            "r.urdf:3:3: body 'wheel' has no mass: every body that is not fixed to another needs a positive mass and "
+            "an inertia");
 }
 
 TEST(Urdf, ANumberThatIsNoneIsNamed) {
@@ -134,14 +153,16 @@ TEST(Urdf, ANumberThatIsNoneIsNamed) {
 
 TEST(Urdf, AMisspeltElementIsNamed) {
   EXPECT_EQ(errors_of(test::replaced(urdf, "<axis xyz=\"0 1 0\"/>", "<axes xyz=\"0 1 0\"/>"), "r.urdf", extras()),
-            "r.urdf:6:5: unknown element in <joint> 'axes'; did you mean 'axis'? known: origin, parent, child, axis, calibration, "
+            "r.urdf:6:5: unknown element in <joint> 'axes'; did you mean 'axis'? known: origin, parent, child, axis, "
+            "calibration, "
             "dynamics, limit, mimic, safety_controller");
 }
 
 TEST(Urdf, RobotIsTheSameAsFromYaml) {
   InputLog log;
   const VehicleSpec a = load_vehicle(test::examples / "vehicles/skid_robot.yaml", {}, log);
-  const ConfigDocument scenario = ConfigDocument::from_file(test::examples / "02_robot_rough_ground/robot_urdf_sinusoid.yaml");
+  const ConfigDocument scenario =
+      ConfigDocument::from_file(test::examples / "02_robot_rough_ground/robot_urdf_sinusoid.yaml");
   const VehicleSpec b = load_vehicle(test::examples / "vehicles/skid_robot.urdf", scenario.root(), log);
   ASSERT_NO_THROW(log.check());
   ASSERT_EQ(a.links.size(), b.links.size());
@@ -157,7 +178,7 @@ TEST(Motor, GivesItsTorqueSpeedCurve) {
   MotorSpec m;
   m.speed = {0, 10, 12};
   m.torque = {20, 10, 0};
-  EXPECT_DOUBLE_EQ(m.limit(5, 1), 15);    // half way down the first leg
+  EXPECT_DOUBLE_EQ(m.limit(5, 1), 15);  // half way down the first leg
   EXPECT_DOUBLE_EQ(m.limit(11, 1), 5);
   EXPECT_DOUBLE_EQ(m.limit(15, 1), 0);    // faster than no load: cannot drive
   EXPECT_DOUBLE_EQ(m.limit(15, -1), 20);  // but can brake

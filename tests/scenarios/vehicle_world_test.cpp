@@ -23,7 +23,9 @@ std::shared_ptr<Terrain> hard_ground(double z = 0) {
   return all_models().get("rigid").make({soil, flat_ground(z), {}, 9.81});
 }
 
-Command standing(const VehicleSpec& v) { return {std::vector<WheelCommand>(v.wheels.size()), std::vector<double>(v.steering.size(), 0.0)}; }
+Command standing(const VehicleSpec& v) {
+  return {std::vector<WheelCommand>(v.wheels.size()), std::vector<double>(v.steering.size(), 0.0)};
+}
 
 Vec3 centre_of_mass(const VehicleWorld& w) {
   Vec3 c = Vec3::Zero();
@@ -32,7 +34,8 @@ Vec3 centre_of_mass(const VehicleWorld& w) {
 }
 
 TEST(VehicleWorld, FallsFreely) {
-  // Semi-implicit Euler falls by g dt^2 n (n + 1)/2 exactly, whatever the joints do inside: no damping, no sleeping, no external force.
+  // Semi-implicit Euler falls by g dt^2 n (n + 1)/2 exactly, whatever the joints do inside: no damping, no sleeping, no
+  // external force.
   const VehicleSpec v = shipped("rover.yaml");
   VehicleWorld w(v, hard_ground(-1000), {});
   w.place(Pose{});
@@ -44,8 +47,8 @@ TEST(VehicleWorld, FallsFreely) {
 }
 
 TEST(VehicleWorld, AngularMomentumIsKeptInTheAir) {
-  // Motors spin the wheels up against the chassis: the whole keeps its angular momentum, so the chassis turns backwards by the ratio of
-  // the inertias (robot: wheels' spin inertia against everything about the y axis).
+  // Motors spin the wheels up against the chassis: the whole keeps its angular momentum, so the chassis turns backwards
+  // by the ratio of the inertias (robot: wheels' spin inertia against everything about the y axis).
   const VehicleSpec v = shipped("skid_robot.yaml");
   VehicleWorld w(v, hard_ground(-1000), {0.0});
   w.place(Pose{});
@@ -89,7 +92,8 @@ TEST(VehicleWorld, DifferentialAveragesTheRockers) {
     const Mat3 R = w.pose(link).q.toRotationMatrix();
     return std::asin(-R(2, 0));
   };
-  const double left = pitch(v.joints[v.differential->joint_a].child), right = pitch(v.joints[v.differential->joint_b].child);
+  const double left = pitch(v.joints[v.differential->joint_a].child),
+               right = pitch(v.joints[v.differential->joint_b].child);
   EXPECT_NEAR(pitch(0), 0.5 * (left + right), 1e-3);
 }
 

@@ -1,4 +1,5 @@
-// Motors, battery, steering, differential and running gear: the same keys in a vehicle file and, for URDF, in a scenario.
+// Motors, battery, steering, differential and running gear: the same keys in a vehicle file and, for URDF, in a
+// scenario.
 #include <cmath>
 
 #include "grouser/terrain/loaders.h"
@@ -19,7 +20,8 @@ MotorSpec read_motor(const ConfigNode& n, std::string name) {
         row.error_at("speed", "speeds of a motor table must rise from row to row");
       row.finish();
     }
-    if (!m.speed.empty() && m.speed.front() != 0) n.error_at("table", "the first row of a motor table must have speed 0 rad/s (stall)");
+    if (!m.speed.empty() && m.speed.front() != 0)
+      n.error_at("table", "the first row of a motor table must have speed 0 rad/s (stall)");
   } else {
     const double stall = n.quantity("stall_torque", "N m", Range::positive());
     const double free = n.quantity("no_load_speed", "rad/s", Range::positive());

@@ -20,14 +20,16 @@ void steer_by_curvature(const VehicleSpec& v, double curvature, Command& out) {
   int n = 0;
   for (const WheelSpec& w : v.wheels) {
     const bool steered = std::any_of(v.steering.begin(), v.steering.end(), [&](const SteerSpec& s) {
-      return std::abs(v.joints[s.joint].anchor_V.x() - v.links[w.link].X_VB.p.x()) < 0.25 * std::max(1e-9, v.wheelbase());
+      return std::abs(v.joints[s.joint].anchor_V.x() - v.links[w.link].X_VB.p.x()) <
+             0.25 * std::max(1e-9, v.wheelbase());
     });
     if (!steered) reference_x += v.links[w.link].X_VB.p.x(), ++n;
   }
   if (n) reference_x /= n;
   for (std::size_t i = 0; i < v.steering.size(); ++i) {
     const JointSpec& j = v.joints[v.steering[i].joint];
-    const double ahead = j.anchor_V.x() - reference_x, angle = std::atan2(curvature * ahead, 1 - curvature * j.anchor_V.y());
+    const double ahead = j.anchor_V.x() - reference_x,
+                 angle = std::atan2(curvature * ahead, 1 - curvature * j.anchor_V.y());
     out.steer[i] = j.axis_V.z() >= 0 ? angle : -angle;
   }
 }
@@ -54,13 +56,15 @@ class OpenLoop final : public Driver {
     for (const ConfigNode& r : n.list("table")) {
       Row row;
       row.time = r.quantity("time", "s", Range::non_negative());
-      if (!rows_.empty() && row.time <= rows_.back().time) r.error_at("time", "times of the table must rise from row to row");
+      if (!rows_.empty() && row.time <= rows_.back().time)
+        r.error_at("time", "times of the table must rise from row to row");
       row.value.assign(v.wheels.size(), 0.0);
       int given = 0;
       if (r.has("speed")) {
         ++given;
         const double speed = r.quantity("speed", "m/s");
-        for (std::size_t i = 0; i < v.wheels.size(); ++i) row.value[i] = speed / std::max(1e-9, v.wheels[i].gear.radius());
+        for (std::size_t i = 0; i < v.wheels.size(); ++i)
+          row.value[i] = speed / std::max(1e-9, v.wheels[i].gear.radius());
       }
       if (r.has("left") || r.has("right")) {
         ++given;
@@ -75,8 +79,10 @@ class OpenLoop final : public Driver {
         for (const std::string& name : wheels.keys()) {
           const double speed = wheels.quantity(name, "rad/s");
           const int i = index_of(name, names);
-          if (i < 0) wheels.error_at(name, unknown_name("wheel", name, names));
-          else row.value[i] = speed;
+          if (i < 0)
+            wheels.error_at(name, unknown_name("wheel", name, names));
+          else
+            row.value[i] = speed;
         }
       }
       any_speed = any_speed || given > 0;
@@ -85,7 +91,8 @@ class OpenLoop final : public Driver {
         torque = true;
         row.value.assign(v.wheels.size(), r.quantity("torque", "N m"));
       }
-      if (given != 1) r.error("a row of the table needs exactly one of 'speed', 'left' with 'right', 'wheels', 'torque'");
+      if (given != 1)
+        r.error("a row of the table needs exactly one of 'speed', 'left' with 'right', 'wheels', 'torque'");
       row.steer = r.quantity_or("steer", 0.0, "rad");
       r.finish();
       rows_.push_back(row);
@@ -101,7 +108,8 @@ class OpenLoop final : public Driver {
     const Row& b = rows_[std::min(i, rows_.size() - 1)];
     const Row& a = rows_[i - 1];
     const double u = b.time > a.time ? std::clamp((t - a.time) / (b.time - a.time), 0.0, 1.0) : 0.0;
-    for (std::size_t k = 0; k < out.wheels.size(); ++k) out.wheels[k] = {mode_, a.value[k] + u * (b.value[k] - a.value[k])};
+    for (std::size_t k = 0; k < out.wheels.size(); ++k)
+      out.wheels[k] = {mode_, a.value[k] + u * (b.value[k] - a.value[k])};
     if (!out.steer.empty()) steer_by_angle(v_, a.steer + u * (b.steer - a.steer), out);
   }
   std::vector<Vec2> reach(double duration) const override {
@@ -109,7 +117,8 @@ class OpenLoop final : public Driver {
     double fastest = 0, turning = 0;
     for (const Row& r : rows_)
       for (std::size_t i = 0; i < v_.wheels.size(); ++i) {
-        if (mode_ == WheelCommand::Mode::speed) fastest = std::max(fastest, std::abs(r.value[i]) * v_.wheels[i].gear.radius());
+        if (mode_ == WheelCommand::Mode::speed)
+          fastest = std::max(fastest, std::abs(r.value[i]) * v_.wheels[i].gear.radius());
         turning = std::max(turning, std::abs(r.value[i] - r.value[0]) + std::abs(r.steer));
       }
     if (mode_ == WheelCommand::Mode::torque) fastest = 1;
@@ -148,7 +157,8 @@ class SpeedHold final : public Driver {
   SpeedHold(const ConfigNode& n, const VehicleSpec& v) : v_(v) {
     loop_.read(n);
     steer_ = n.quantity_or("steer", 0.0, "rad", Range::between(-1.4, 1.4));
-    if (steer_ != 0 && v.steering.empty()) n.error_at("steer", "the vehicle has no steered joint; use driver type 'path' or 'open_loop' to turn it");
+    if (steer_ != 0 && v.steering.empty())
+      n.error_at("steer", "the vehicle has no steered joint; use driver type 'path' or 'open_loop' to turn it");
   }
   void command(double t, double dt, const VehicleView& view, Command& out) override {
     stand(out);

@@ -83,8 +83,8 @@ Ode::Ode(double t0, std::vector<double> y0, Rhs f, OdeOptions o) : impl_(std::ma
   if (y0.empty()) throw OdeError("CVODE: the state is empty");
   if (!(o.relative > 0) || !(o.max_step > 0)) throw OdeError("CVODE: relative tolerance and max_step must be positive");
   if (o.absolute.size() != 1 && o.absolute.size() != y0.size())
-    throw OdeError("CVODE: " + std::to_string(o.absolute.size()) + " absolute tolerances for " + std::to_string(y0.size()) +
-                   " components");
+    throw OdeError("CVODE: " + std::to_string(o.absolute.size()) + " absolute tolerances for " +
+                   std::to_string(y0.size()) + " components");
   for (double a : o.absolute)
     if (!(a > 0)) throw OdeError("CVODE: every absolute tolerance must be positive");
   m.n = y0.size();
@@ -122,8 +122,9 @@ void Ode::watch(int n, Roots g) {
 
 Ode::Stop Ode::advance(double t_end) {
   Impl& m = *impl_;
-  if (!(t_end > m.t)) throw OdeError("CVODE: asked to advance to t = " + std::to_string(t_end) + " s, which is not ahead of " +
-                                     std::to_string(m.t) + " s");
+  if (!(t_end > m.t))
+    throw OdeError("CVODE: asked to advance to t = " + std::to_string(t_end) + " s, which is not ahead of " +
+                   std::to_string(m.t) + " s");
   m.check("CVodeSetStopTime", CVodeSetStopTime(m.cvode, t_end));
   const int flag = CVode(m.cvode, t_end, m.y, &m.t, CV_NORMAL);
   m.check("CVode", flag);

@@ -43,8 +43,10 @@ std::ofstream open_csv(const std::filesystem::path& file) {
 
 void write_sweep(const std::filesystem::path& file, const std::vector<RigRow>& rows) {
   std::ofstream out = open_csv(file);
-  out << "slip,slip_definition,case,group,load_N,slip_symmetric,slip_rim,slip_angle_rad,angular_speed_rad_s,travel_speed_m_s";
-  for (const RigChannel& c : rig_channels()) out << ',' << c.name << '_' << c.csv_unit << ',' << c.name << "_sd_" << c.csv_unit;
+  out << "slip,slip_definition,case,group,load_N,slip_symmetric,slip_rim,slip_angle_rad,angular_speed_rad_s,travel_"
+         "speed_m_s";
+  for (const RigChannel& c : rig_channels())
+    out << ',' << c.name << '_' << c.csv_unit << ',' << c.name << "_sd_" << c.csv_unit;
   out << ",sinkage_profile_mm,sinkage_profile_sd_mm,stationary,simulated_s,touch_down_overshoot,note\n";
   for (const RigRow& r : rows) {
     const RigCase& c = r.spec;
@@ -56,8 +58,9 @@ void write_sweep(const std::filesystem::path& file, const std::vector<RigRow>& r
       const Series& s = channel(r, ch.name);
       out << ',' << text(s.mean * ch.csv_scale) << ',' << text(s.sd * ch.csv_scale);
     }
-    out << ',' << text(1e3 * r.sinkage_profile.mean) << ',' << text(1e3 * r.sinkage_profile.sd) << ',' << (r.stationary ? 1 : 0)
-        << ',' << text(r.simulated_s) << ',' << text(r.touch_down_overshoot) << ',' << quoted(r.note) << '\n';
+    out << ',' << text(1e3 * r.sinkage_profile.mean) << ',' << text(1e3 * r.sinkage_profile.sd) << ','
+        << (r.stationary ? 1 : 0) << ',' << text(r.simulated_s) << ',' << text(r.touch_down_overshoot) << ','
+        << quoted(r.note) << '\n';
   }
 }
 
@@ -65,7 +68,8 @@ void write_measured(const std::filesystem::path& file, const RigMeasured& m) {
   std::ofstream out = open_csv(file);
   out << "slip";
   for (const RigMeasuredChannel& c : m.channels) {
-    const auto& info = *std::find_if(rig_channels().begin(), rig_channels().end(), [&](const RigChannel& k) { return c.name == k.name; });
+    const auto& info = *std::find_if(rig_channels().begin(), rig_channels().end(),
+                                     [&](const RigChannel& k) { return c.name == k.name; });
     out << ',' << c.name << '_' << info.csv_unit;
     if (!c.error.empty()) out << ',' << c.name << "_error_" << info.csv_unit;
   }
@@ -73,7 +77,8 @@ void write_measured(const std::filesystem::path& file, const RigMeasured& m) {
   for (std::size_t i = 0; i < m.slip.size(); ++i) {
     out << text(m.slip[i]);
     for (const RigMeasuredChannel& c : m.channels) {
-      const auto& info = *std::find_if(rig_channels().begin(), rig_channels().end(), [&](const RigChannel& k) { return c.name == k.name; });
+      const auto& info = *std::find_if(rig_channels().begin(), rig_channels().end(),
+                                       [&](const RigChannel& k) { return c.name == k.name; });
       out << ',' << text(c.value[i] * info.csv_scale);
       if (!c.error.empty()) out << ',' << text(c.error[i] * info.csv_scale);
     }
@@ -85,8 +90,9 @@ void write_errors(const std::filesystem::path& file, const std::vector<RigErrorR
   std::ofstream out = open_csv(file);
   out << "group,channel,unit,points,rmse,bias,measured_range,rmse_over_range,reading_error\n";
   for (const RigErrorRow& e : errors)
-    out << quoted(e.group) << ',' << e.channel << ',' << e.unit << ',' << e.points << ',' << text(e.rmse) << ',' << text(e.bias)
-        << ',' << text(e.measured_range) << ',' << text(e.rmse / e.measured_range) << ',' << text(e.reading_error) << '\n';
+    out << quoted(e.group) << ',' << e.channel << ',' << e.unit << ',' << e.points << ',' << text(e.rmse) << ','
+        << text(e.bias) << ',' << text(e.measured_range) << ',' << text(e.rmse / e.measured_range) << ','
+        << text(e.reading_error) << '\n';
 }
 
 /// Simulated value at a stated slip: linear between the cases of the group; NaN outside of them.
@@ -116,7 +122,8 @@ std::vector<RigErrorRow> errors_of(const RigMeasured& m, const std::vector<RigRo
   for (auto& [name, group] : groups) {
     std::sort(group.begin(), group.end(), [](const RigRow* a, const RigRow* b) { return a->spec.slip < b->spec.slip; });
     for (const RigMeasuredChannel& c : m.channels) {
-      const auto& info = *std::find_if(rig_channels().begin(), rig_channels().end(), [&](const RigChannel& k) { return c.name == k.name; });
+      const auto& info = *std::find_if(rig_channels().begin(), rig_channels().end(),
+                                       [&](const RigChannel& k) { return c.name == k.name; });
       RigErrorRow e;
       e.group = name;
       e.channel = c.name;
@@ -156,8 +163,10 @@ RigSummary run_rig(const std::filesystem::path& yaml, const Registry& registry, 
     throw ConfigError("--integrator", 0, 0, "'" + options.integrator + "' is unknown; known: fixed, cvode");
   const bool cvode = options.integrator == "cvode";
   if (cvode && !spec.make_terrain(registry)->capabilities().continuous)
-    throw ConfigError(yaml.string(), 0, 0,
-                      "terrain '" + spec.model + "' has no force law that an ODE solver can follow (it integrates inside); use --integrator fixed");
+    throw ConfigError(
+        yaml.string(), 0, 0,
+        "terrain '" + spec.model +
+            "' has no force law that an ODE solver can follow (it integrates inside); use --integrator fixed");
 
   RigSummary summary;
   summary.folder = options.out;
@@ -179,18 +188,17 @@ RigSummary run_rig(const std::filesystem::path& yaml, const Registry& registry, 
     char name[32];
     std::snprintf(name, sizeof name, "case_%03d", i);
     RigRecord record(spec, c, options.out / name, files);
-    const CaseContext context{
-        spec, c,
-        [&] {
-          const std::lock_guard guard(making);
-          return spec.make_bare_terrain(registry);
-        },
-        record,
-        [&](double simulated) {
-          const std::lock_guard guard(telling);
-          done += simulated;
-          if (options.progress) options.progress(done, total, seconds());
-        }};
+    const CaseContext context{spec, c,
+                              [&] {
+                                const std::lock_guard guard(making);
+                                return spec.make_bare_terrain(registry);
+                              },
+                              record,
+                              [&](double simulated) {
+                                const std::lock_guard guard(telling);
+                                done += simulated;
+                                if (options.progress) options.progress(done, total, seconds());
+                              }};
     const double started = seconds();
     try {
       const std::string hash = cvode ? run_cvode(context, row) : run_fixed(context, row);

@@ -18,13 +18,18 @@ struct HeldMotion {
   double v_x, v_y, w, torque;  ///< after the ramp
 
   HeldMotion(const RigSpec& s, const RigCase& c)
-      : settle(s.settle), ramp(s.ramp), run(c.run_time), x0(s.x), y0(s.y), v_x(c.travel_speed),
-        v_y(c.travel_speed * std::tan(c.slip_angle)), w(c.angular_speed), torque(c.torque) {}
+      : settle(s.settle),
+        ramp(s.ramp),
+        run(c.run_time),
+        x0(s.x),
+        y0(s.y),
+        v_x(c.travel_speed),
+        v_y(c.travel_speed * std::tan(c.slip_angle)),
+        w(c.angular_speed),
+        torque(c.torque) {}
 
   double end() const { return settle + ramp + run; }
-  double share(double tau) const {
-    return tau <= settle ? 0 : tau >= settle + ramp ? 1 : (tau - settle) / ramp;
-  }
+  double share(double tau) const { return tau <= settle ? 0 : tau >= settle + ramp ? 1 : (tau - settle) / ramp; }
   /// Integral of share [s].
   double travelled(double tau) const {
     if (tau <= settle) return 0;
@@ -35,8 +40,8 @@ struct HeldMotion {
 
 /// State of the wheel at the end of a step and what the soil did.
 struct RigSample {
-  double t = 0;             ///< [s] since the start of the case
-  double tau = 0;           ///< [s] since touch-down; negative while lowering
+  double t = 0;    ///< [s] since the start of the case
+  double tau = 0;  ///< [s] since touch-down; negative while lowering
   Pose X_WB;
   Twist V_WB;
   ContactReport report;
@@ -78,7 +83,7 @@ struct CaseContext {
   const RigCase& c;
   std::function<std::unique_ptr<Terrain>()> make_terrain;  ///< without bodies
   RigRecord& record;
-  std::function<void(double simulated)> progress;          ///< seconds since its last call
+  std::function<void(double simulated)> progress;  ///< seconds since its last call
 };
 
 /// Each runs the whole case, adds every step to the record and fills row's times and hash.

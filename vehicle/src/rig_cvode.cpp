@@ -15,8 +15,14 @@ enum { Z, VZ, ANGLE, SPIN, SIZE };
 class Wheel {
  public:
   Wheel(const RigSpec& spec, const RigCase& c, Terrain& terrain, double mass, double inertia)
-      : held_(spec, c), terrain_(terrain), mass_(mass), inertia_(inertia), load_(c.load), dt_(spec.time_step),
-        torque_driven_(c.mode == RigCase::Mode::torque), lowering_speed_(spec.lowering_speed) {}
+      : held_(spec, c),
+        terrain_(terrain),
+        mass_(mass),
+        inertia_(inertia),
+        load_(c.load),
+        dt_(spec.time_step),
+        torque_driven_(c.mode == RigCase::Mode::torque),
+        lowering_speed_(spec.lowering_speed) {}
 
   bool lowering = false;
   double touched = 0;  ///< [s] time of touch-down: the clock of the held motion starts there
@@ -104,7 +110,8 @@ std::string run_cvode(const CaseContext& x, RigRow& row) {
   OdeOptions options;
   options.relative = 1e-8;
   options.absolute = {1e-9 * r, 1e-9, 1e-8, 1e-8};
-  Ode ode(0, y, [&](double t, auto state, auto dy) { wheel.rhs(t, state, dy); }, options);
+  Ode ode(
+      0, y, [&](double t, auto state, auto dy) { wheel.rhs(t, state, dy); }, options);
   // Root 0: the wheel leaves or meets the undisturbed ground. Root 1, while lowering: the soil carries the load.
   ode.watch(2, [&](double t, std::span<const double> state, std::span<double> g) {
     const Vec3 p = wheel.motion(t, state).X_WB_end.p;

@@ -24,7 +24,8 @@ struct WheelWorld {
   btRigidBody body;
 
   WheelWorld(double mass, double inertia, double radius, const Vec3& p)
-      : shape(radius), body(btRigidBody::btRigidBodyConstructionInfo(mass, nullptr, &shape, btVector3(inertia, inertia, inertia))) {
+      : shape(radius),
+        body(btRigidBody::btRigidBodyConstructionInfo(mass, nullptr, &shape, btVector3(inertia, inertia, inertia))) {
     body.setDamping(0, 0);
     body.setFlags(0);  // no gyroscopic term: the spin axis is held
     body.setWorldTransform(btTransform(btQuaternion::getIdentity(), btVector3(p.x(), p.y(), p.z())));

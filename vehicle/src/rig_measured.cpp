@@ -43,8 +43,9 @@ struct Table {
       if (t.columns.empty()) {
         t.columns = cells;
       } else if (cells.size() != t.columns.size()) {
-        node.report({t.file, number, 1, std::to_string(cells.size()) + " cells in a table of " +
-                                            std::to_string(t.columns.size()) + " columns"});
+        node.report(
+            {t.file, number, 1,
+             std::to_string(cells.size()) + " cells in a table of " + std::to_string(t.columns.size()) + " columns"});
       } else {
         t.rows.push_back(std::move(cells));
         t.lines.push_back(number);
@@ -54,12 +55,14 @@ struct Table {
     return t;
   }
 
-  std::vector<double> column(const ConfigNode& node, const std::string& key, const std::string& name, double scale) const {
+  std::vector<double> column(const ConfigNode& node, const std::string& key, const std::string& name,
+                             double scale) const {
     std::vector<double> out;
     const auto at = std::find(columns.begin(), columns.end(), name);
     if (at == columns.end()) {
       const auto near = did_you_mean(name, columns);
-      node.error_at(key, "the table " + file + " has no column '" + name + "'" + (near ? "; did you mean '" + *near + "'?" : ""));
+      node.error_at(
+          key, "the table " + file + " has no column '" + name + "'" + (near ? "; did you mean '" + *near + "'?" : ""));
       return out;
     }
     const auto c = static_cast<std::size_t>(at - columns.begin());
@@ -107,7 +110,8 @@ RigMeasured load_rig_measured(const ConfigNode& node) {
   std::vector<std::pair<const RigChannel*, ConfigNode>> wanted;
   for (const RigChannel& c : rig_channels())
     if (const ConfigNode n = node.optional_map(c.name); n.present()) wanted.emplace_back(&c, n);
-  if (wanted.empty()) node.error("no channel is compared; give at least one, for example 'drawbar_pull: {column: drawbar_N, unit: N}'");
+  if (wanted.empty())
+    node.error("no channel is compared; give at least one, for example 'drawbar_pull: {column: drawbar_N, unit: N}'");
   node.finish();
   const bool readable = std::filesystem::is_regular_file(path);
   const Table table = readable ? Table::read(node, path) : Table{};

@@ -38,7 +38,8 @@ void write_ground(Recorder& file, const RigSpec& spec, const RigCase& c) {
   const HeldMotion held(spec, c);
   const double run = held.end() - held.settle - 0.5 * held.ramp;
   const double r = spec.wheel.outer_radius();
-  const double x_a = std::min(spec.x, spec.x + held.v_x * run) - 3 * r, x_b = std::max(spec.x, spec.x + held.v_x * run) + 3 * r;
+  const double x_a = std::min(spec.x, spec.x + held.v_x * run) - 3 * r,
+               x_b = std::max(spec.x, spec.x + held.v_x * run) + 3 * r;
   const double y_a = std::min(spec.y, spec.y + held.v_y * run) - 2 * spec.wheel.width(),
                y_b = std::max(spec.y, spec.y + held.v_y * run) + 2 * spec.wheel.width();
   const double cell = std::max({r / 10, (x_b - x_a) / 400, (y_b - y_a) / 400});
@@ -59,14 +60,18 @@ void write_wheel_mesh(Recorder& file, const RunningGear& gear) {
   v.joints.resize(1);
   v.wheels.push_back({"wheel", 0, 0, gear});
   const VisualMesh m = visual_mesh(v, 0);
-  file.write_static({"mesh.wheel.vertices", "m", "shape for the 3-D view", "B"}, m.vertices, {m.vertices.size() / 3, 3});
+  file.write_static({"mesh.wheel.vertices", "m", "shape for the 3-D view", "B"}, m.vertices,
+                    {m.vertices.size() / 3, 3});
   file.write_static({"mesh.wheel.triangles", "1", "vertex indices", ""}, m.triangles, {m.triangles.size() / 3, 3});
 }
 
 std::string assumptions_json(const std::vector<Assumption>& list) {
   nlohmann::json out = nlohmann::json::array();
   for (const Assumption& a : list)
-    out.push_back({{"file", std::filesystem::path(a.file).filename().string()}, {"key", a.key}, {"value", a.value}, {"why", a.why}});
+    out.push_back({{"file", std::filesystem::path(a.file).filename().string()},
+                   {"key", a.key},
+                   {"value", a.value},
+                   {"why", a.why}});
   return out.dump();
 }
 
@@ -121,7 +126,8 @@ void RigRecord::add(const RigSample& s, const EnergyLedger& energy) {
   const double reach = 2 * spec_.wheel.outer_radius();
   if (!p.allFinite() || !s.V_WB.v.allFinite() || !s.V_WB.w.allFinite() || std::abs(depth) > reach) {
     char text[160];
-    std::snprintf(text, sizeof text, "%s: the wheel is lost at t = %.4f s: z = %.4g m, eq 3.7 sinkage %.4g m, spin %.4g rad/s",
+    std::snprintf(text, sizeof text,
+                  "%s: the wheel is lost at t = %.4f s: z = %.4g m, eq 3.7 sinkage %.4g m, spin %.4g rad/s",
                   case_name(case_).c_str(), s.t, p.z(), depth, s.V_WB.w.y());
     throw RigError(text);
   }

@@ -61,7 +61,9 @@ std::vector<SlipDefinition> read_definitions(const ConfigNode& root) {
   else if (n.present())
     one(n);
   else
-    root.error("missing key 'slip_definition': rim is (r w - v)/(r w) for both signs, symmetric divides by the larger of |r w| and |v|");
+    root.error(
+        "missing key 'slip_definition': rim is (r w - v)/(r w) for both signs, symmetric divides by the larger of |r "
+        "w| and |v|");
   return out;
 }
 
@@ -90,8 +92,10 @@ void read_slip_cases(RigSpec& rig, const ConfigNode& root, const Sweep& s, const
   const auto definitions = read_definitions(root);
   const double radius = root.quantity_or("slip_radius", rig.wheel.radius(), "m", Range::positive());
   if (s.angular_speed.has_value() == s.travel_speed.has_value())
-    root.error("exactly one of 'angular_speed' (for example 17 deg/s) and 'travel_speed' (for example 10 mm/s) is wanted");
-  if (!s.distance && !s.duration) root.error("one of 'distance' (for example 0.7 m) and 'duration' (for example 20 s) is wanted");
+    root.error(
+        "exactly one of 'angular_speed' (for example 17 deg/s) and 'travel_speed' (for example 10 mm/s) is wanted");
+  if (!s.distance && !s.duration)
+    root.error("one of 'distance' (for example 0.7 m) and 'duration' (for example 20 s) is wanted");
   for (const double load : s.loads)
     for (const SlipDefinition d : definitions)
       for (const double slip : slips) {
@@ -101,14 +105,18 @@ void read_slip_cases(RigSpec& rig, const ConfigNode& root, const Sweep& s, const
         c.slip = slip;
         c.definition = d;
         try {
-          c.angular_speed = s.angular_speed ? *s.angular_speed : angular_speed_for(d, radius, slip, s.travel_speed.value_or(0));
-          c.travel_speed = s.angular_speed ? travel_speed_for(d, radius, slip, *s.angular_speed) : s.travel_speed.value_or(0);
+          c.angular_speed =
+              s.angular_speed ? *s.angular_speed : angular_speed_for(d, radius, slip, s.travel_speed.value_or(0));
+          c.travel_speed =
+              s.angular_speed ? travel_speed_for(d, radius, slip, *s.angular_speed) : s.travel_speed.value_or(0);
         } catch (const std::invalid_argument& e) {
           if (load == s.loads.front())  // once, whatever the number of loads
-            root.error_at("slips", short_number(slip, "") + "by the definition '" + std::string(slip_definition_name(d)) + "': " + e.what());
+            root.error_at("slips", short_number(slip, "") + "by the definition '" +
+                                       std::string(slip_definition_name(d)) + "': " + e.what());
         }
         if (!s.duration && s.distance && c.travel_speed == 0 && load == s.loads.front())
-          root.error_at("slips", short_number(slip, "") + "means no travel, so 'distance' never ends the case: give 'duration' too");
+          root.error_at("slips", short_number(slip, "") +
+                                     "means no travel, so 'distance' never ends the case: give 'duration' too");
         add_case(rig, c, s);
       }
 }
@@ -116,8 +124,10 @@ void read_slip_cases(RigSpec& rig, const ConfigNode& root, const Sweep& s, const
 void read_torque_cases(RigSpec& rig, const ConfigNode& root, const Sweep& s) {
   const std::vector<double> torques = root.quantities("torque", "N m");
   if (s.angular_speed || !s.travel_speed)
-    root.error("with 'torque' the wheel turns freely: give 'travel_speed' (for example 10 mm/s) and no 'angular_speed'");
-  if (!s.distance && !s.duration) root.error("one of 'distance' (for example 0.7 m) and 'duration' (for example 20 s) is wanted");
+    root.error(
+        "with 'torque' the wheel turns freely: give 'travel_speed' (for example 10 mm/s) and no 'angular_speed'");
+  if (!s.distance && !s.duration)
+    root.error("one of 'distance' (for example 0.7 m) and 'duration' (for example 20 s) is wanted");
   for (const double load : s.loads)
     for (const double torque : torques) {
       RigCase c;
@@ -133,7 +143,8 @@ void read_torque_cases(RigSpec& rig, const ConfigNode& root, const Sweep& s) {
 
 void read_dig_cases(RigSpec& rig, const ConfigNode& root, const Sweep& s) {
   if (!s.angular_speed || s.travel_speed || s.distance)
-    root.error("mode 'dig' stands still: give 'angular_speed' (for example 0.3 rad/s) and no 'travel_speed' or 'distance'");
+    root.error(
+        "mode 'dig' stands still: give 'angular_speed' (for example 0.3 rad/s) and no 'travel_speed' or 'distance'");
   if (!s.duration) root.error("missing key 'duration'; for example 'duration: 10 s'");
   for (const double load : s.loads) {
     RigCase c;
@@ -149,7 +160,9 @@ void read_dig_cases(RigSpec& rig, const ConfigNode& root, const Sweep& s) {
 Sweep read_sweep(RigSpec& rig, const ConfigNode& root) {
   Sweep s;
   if (root.has("load") == root.has("mass"))
-    root.error("exactly one of 'load' (for example 115 N, the wheel's weight included) and 'mass' (for example 8.155 kg) is wanted");
+    root.error(
+        "exactly one of 'load' (for example 115 N, the wheel's weight included) and 'mass' (for example 8.155 kg) is "
+        "wanted");
   if (root.has("load")) {
     s.loads = root.quantities("load", "N", 0, Range::positive());
     rig.moving_mass = root.optional_quantity("moving_mass", "kg", Range::positive());
@@ -237,8 +250,9 @@ RigSpec load_rig(const std::filesystem::path& yaml, const Registry& registry, co
   }
   rig.model = built->id();
   if (!rig.lower && !built->capabilities().continuous)
-    throw ConfigError(t.file(), t.line(), t.column(),
-                      "terrain '" + rig.model + "' has no static equilibrium to start from: write 'touch_down: {by: lowering}'");
+    throw ConfigError(
+        t.file(), t.line(), t.column(),
+        "terrain '" + rig.model + "' has no static equilibrium to start from: write 'touch_down: {by: lowering}'");
   rig.assumptions = rig.document.assumptions();
   return rig;
 }

@@ -13,16 +13,15 @@ namespace {
 struct Named {
   const char *name, *unit, *description;
 };
-constexpr Named vehicle_channels[] = {
-    {"speed", "m/s", "velocity of the chassis along its heading"},
-    {"distance", "m", "horizontal distance travelled by the chassis"},
-    {"roll", "rad", "about x, positive left side up"},
-    {"pitch", "rad", "about y, positive nose down"},
-    {"yaw", "rad", "about z, positive to the left"},
-    {"vertical_acceleration", "m/s^2", "of the chassis origin, mean over the frame"},
-    {"power", "W", "mechanical power of all motors, mean over the frame"},
-    {"motor_energy", "J", "mechanical work of all motors"},
-    {"battery_energy", "J", "energy taken from the battery"}};
+constexpr Named vehicle_channels[] = {{"speed", "m/s", "velocity of the chassis along its heading"},
+                                      {"distance", "m", "horizontal distance travelled by the chassis"},
+                                      {"roll", "rad", "about x, positive left side up"},
+                                      {"pitch", "rad", "about y, positive nose down"},
+                                      {"yaw", "rad", "about z, positive to the left"},
+                                      {"vertical_acceleration", "m/s^2", "of the chassis origin, mean over the frame"},
+                                      {"power", "W", "mechanical power of all motors, mean over the frame"},
+                                      {"motor_energy", "J", "mechanical work of all motors"},
+                                      {"battery_energy", "J", "energy taken from the battery"}};
 constexpr Named energy_channels[] = {
     {"motor", "J", "work of drive and steering motors"},
     {"kinetic", "J", "kinetic energy"},
@@ -33,7 +32,7 @@ constexpr Named energy_channels[] = {
     {"soil_stored", "J", "recoverable energy in the soil, relative to the start"},
     {"soil_dissipated", "J", "energy dissipated in the soil"},
     {"implicit_correction", "J", "work of the implicit correction of the soil impulses"},
-    {"integration", "J", "error of the time step, from its own formulas"},
+    {"integration", "J", "error of the time step in vehicle and soil, from its own formulas"},
     {"joints", "J", "work of the joint constraints"},
     {"residual", "J", "what does not close"}};
 
@@ -84,6 +83,7 @@ void RunTotals::traverse(State& s) {
   s.field("soil_stored_0", soil_0.stored);
   s.field("soil_dissipated_0", soil_0.dissipated);
   s.field("soil_external_0", soil_0.external);
+  s.field("soil_integration_0", soil_0.integration);
 }
 
 Attitude attitude(const Quat& q) {
@@ -105,7 +105,8 @@ double total_residual(const VehicleEnergy& e, const EnergyLedger& soil, const En
   return e.residual() - (soil.residual() - soil_0.residual());
 }
 
-RunRecord RunRecord::create(const std::filesystem::path& file, const Scenario& s, const std::string& text, const Driver& driver) {
+RunRecord RunRecord::create(const std::filesystem::path& file, const Scenario& s, const std::string& text,
+                            const Driver& driver) {
   RunAttributes a;
   a.kind = "run";
   a.scenario = text;
@@ -113,7 +114,7 @@ RunRecord RunRecord::create(const std::filesystem::path& file, const Scenario& s
   a.terrain = s.model;
   a.version = GROUSER_VERSION;
   a.seed = s.seed;
-  RunRecord r(Recorder::create(file, a));
+  RunRecord r(Recorder::create(file, a, 200));
   Recorder& rec = r.recorder_;
   const VehicleSpec& v = s.vehicle;
 
@@ -125,12 +126,17 @@ RunRecord RunRecord::create(const std::filesystem::path& file, const Scenario& s
   for (std::size_t i = 0; i < v.links.size(); ++i) {
     const VisualMesh m = visual_mesh(v, static_cast<int>(i));
     if (m.triangles.empty()) continue;
-    rec.write_static({"mesh." + v.links[i].name + ".vertices", "m", "shape for the 3-D view", "B"}, m.vertices, {m.vertices.size() / 3, 3});
-    rec.write_static({"mesh." + v.links[i].name + ".triangles", "1", "vertex indices", ""}, m.triangles, {m.triangles.size() / 3, 3});
+    rec.write_static({"mesh." + v.links[i].name + ".vertices", "m", "shape for the 3-D view", "B"}, m.vertices,
+                     {m.vertices.size() / 3, 3});
+    rec.write_static({"mesh." + v.links[i].name + ".triangles", "1", "vertex indices", ""}, m.triangles,
+                     {m.triangles.size() / 3, 3});
   }
   nlohmann::json assumed = nlohmann::json::array();
   for (const Assumption& x : s.assumptions)
-    assumed.push_back({{"file", std::filesystem::path(x.file).filename().string()}, {"key", x.key}, {"value", x.value}, {"why", x.why}});
+    assumed.push_back({{"file", std::filesystem::path(x.file).filename().string()},
+                       {"key", x.key},
+                       {"value", x.value},
+                       {"why", x.why}});
   rec.set_attribute("assumptions", assumed.dump());
   rec.set_attribute("bodies", join(bodies));
   rec.set_attribute("wheels", join(wheels));
@@ -142,7 +148,7 @@ RunRecord RunRecord::create(const std::filesystem::path& file, const Scenario& s
 }
 
 RunRecord RunRecord::resume(const std::filesystem::path& file, const Scenario& s, std::uint64_t frames) {
-  RunRecord r(Recorder::resume(file, frames));
+  RunRecord r(Recorder::resume(file, frames, 200));
   r.add_channels(s.vehicle);
   r.recorder_.set_attribute("status", "running");
   return r;
@@ -175,8 +181,10 @@ void RunRecord::add_channels(const VehicleSpec& v) {
     c.force = add("force", "N", "soil on wheel as applied, mean over the last step", "W", 3);
     wheels_.push_back(c);
   }
-  for (const Named& n : vehicle_channels) vehicle_.push_back(rec.add_channel({std::string("vehicle.") + n.name, n.unit, n.description, "W"}));
-  for (const Named& n : energy_channels) energy_.push_back(rec.add_channel({std::string("energy.") + n.name, n.unit, n.description, ""}));
+  for (const Named& n : vehicle_channels)
+    vehicle_.push_back(rec.add_channel({std::string("vehicle.") + n.name, n.unit, n.description, "W"}));
+  for (const Named& n : energy_channels)
+    energy_.push_back(rec.add_channel({std::string("energy.") + n.name, n.unit, n.description, ""}));
   drift_ = rec.add_channel({"joint.drift", "m", "largest gap of joined points", ""});
 }
 
@@ -202,7 +210,8 @@ void RunRecord::frame(double t, double frame_dt, const VehicleWorld& w, const En
     recorder_.set(c.motor_torque, w.motor_torque(k));
     recorder_.set(c.speed, w.joint_speed(v.wheels[i].joint));
     recorder_.set(c.entry, r.entry_angle);
-    const Vec3 point = r.in_contact ? r.point_W : Vec3(w.pose(v.wheels[i].link).p - v.wheels[i].gear.outer_radius() * Vec3::UnitZ());
+    const Vec3 point =
+        r.in_contact ? r.point_W : Vec3(w.pose(v.wheels[i].link).p - v.wheels[i].gear.outer_radius() * Vec3::UnitZ());
     const Vec3 force = w.soil_force(k);
     recorder_.set(c.point, std::span<const double>(point.data(), 3));
     recorder_.set(c.force, std::span<const double>(force.data(), 3));
@@ -211,14 +220,29 @@ void RunRecord::frame(double t, double frame_dt, const VehicleWorld& w, const En
   const VehicleEnergy& e = w.energy();
   const double vz = w.twist(0).v.z();
   const bool first = totals.step == 0;
-  const double vehicle[] = {view_of(w).speed, totals.distance, a.roll, a.pitch, a.yaw,
+  const double vehicle[] = {view_of(w).speed,
+                            totals.distance,
+                            a.roll,
+                            a.pitch,
+                            a.yaw,
                             first ? 0.0 : (vz - totals.frame_vertical_speed) / frame_dt,
-                            first ? 0.0 : (e.motor - totals.frame_motor) / frame_dt, e.motor, e.battery};
+                            first ? 0.0 : (e.motor - totals.frame_motor) / frame_dt,
+                            e.motor,
+                            e.battery};
   totals.frame_vertical_speed = vz;
   totals.frame_motor = e.motor;
   for (std::size_t i = 0; i < vehicle_.size(); ++i) recorder_.set(vehicle_[i], vehicle[i]);
-  const double energy[] = {e.motor, e.kinetic, e.potential, e.spring, e.damper, e.soil_work, soil.stored - totals.soil_0.stored,
-                           soil.dissipated - totals.soil_0.dissipated, e.implicit, e.integration, e.joints,
+  const double energy[] = {e.motor,
+                           e.kinetic,
+                           e.potential,
+                           e.spring,
+                           e.damper,
+                           e.soil_work,
+                           soil.stored - totals.soil_0.stored,
+                           soil.dissipated - totals.soil_0.dissipated,
+                           e.implicit,
+                           e.integration - (soil.integration - totals.soil_0.integration),
+                           e.joints,
                            total_residual(e, soil, totals.soil_0)};
   for (std::size_t i = 0; i < energy_.size(); ++i) recorder_.set(energy_[i], energy[i]);
   recorder_.set(drift_, w.joint_drift());

@@ -12,9 +12,9 @@ namespace grouser::vehicle {
 
 /// Quantities that belong to the run rather than to the world; part of the checkpoint.
 struct RunTotals {
-  std::int64_t step = 0;         ///< since t = 0
-  double distance = 0;           ///< [m] travelled by the chassis, horizontal
-  double drift = 0;              ///< [m] largest so far
+  std::int64_t step = 0;  ///< since t = 0
+  double distance = 0;    ///< [m] travelled by the chassis, horizontal
+  double drift = 0;       ///< [m] largest so far
   // At the last frame, for means over the frame:
   double frame_vertical_speed = 0, frame_motor = 0;
   // Terrain's ledger at t = 0.
@@ -33,7 +33,8 @@ double total_residual(const VehicleEnergy& e, const EnergyLedger& soil, const En
 
 class RunRecord {
  public:
-  static RunRecord create(const std::filesystem::path& file, const Scenario& s, const std::string& text, const Driver& driver);
+  static RunRecord create(const std::filesystem::path& file, const Scenario& s, const std::string& text,
+                          const Driver& driver);
   static RunRecord resume(const std::filesystem::path& file, const Scenario& s, std::uint64_t frames);
   /// Append the frame of the world as it is. `t` [s] since the end of settling.
   void frame(double t, double frame_dt, const VehicleWorld& w, const EnergyLedger& soil, RunTotals& totals);
@@ -44,7 +45,9 @@ class RunRecord {
   /// The same for a new file and for one that is continued.
   void add_channels(const VehicleSpec& v);
   Recorder recorder_;
-  struct BodyChannels { int position, orientation; };
+  struct BodyChannels {
+    int position, orientation;
+  };
   struct WheelChannels {
     int sinkage, slip, slip_angle, normal, drawbar, side, torque, motor_torque, speed, entry, point, force;
   };

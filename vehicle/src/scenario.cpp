@@ -33,7 +33,8 @@ long Scenario::steps() const { return std::lround(duration / time_step); }
 long Scenario::steps_per_frame() const { return std::max(1L, std::lround(1.0 / (output_rate * time_step))); }
 long Scenario::steps_per_checkpoint() const { return std::max(1L, std::lround(checkpoint_every / time_step)); }
 
-Scenario load_scenario(const std::filesystem::path& file, const Registry& registry, const ScenarioOverrides& overrides) {
+Scenario load_scenario(const std::filesystem::path& file, const Registry& registry,
+                       const ScenarioOverrides& overrides) {
   Scenario s;
   s.file = file;
   s.registry = &registry;
@@ -57,7 +58,8 @@ Scenario load_scenario(const std::filesystem::path& file, const Registry& regist
   s.checkpoint_every = output.quantity_or("checkpoint_every", 1.0, "s", Range::positive());
   if (output.present()) {
     const bool readable = s.document.diagnostics().empty();  // else a wrong time step would be blamed on these too
-    if (readable && output.has("rate")) whole_steps(output, "rate", 1.0 / s.output_rate, s.time_step, "1/rate must be a multiple of time_step");
+    if (readable && output.has("rate"))
+      whole_steps(output, "rate", 1.0 / s.output_rate, s.time_step, "1/rate must be a multiple of time_step");
     if (readable && output.has("checkpoint_every"))
       whole_steps(output, "checkpoint_every", s.checkpoint_every, s.time_step, "give a multiple of time_step");
     output.finish();

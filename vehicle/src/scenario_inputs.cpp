@@ -71,7 +71,8 @@ std::string resolved_text(const std::vector<InputFile>& inputs, const ScenarioOv
       State s;
       std::vector<std::uint8_t> bytes(content.begin(), content.end());
       s.field("content", bytes);
-      text << "# file: " << f.relative.generic_string() << " (" << content.size() << " bytes, hash " << s.hash_text() << ")\n";
+      text << "# file: " << f.relative.generic_string() << " (" << content.size() << " bytes, hash " << s.hash_text()
+           << ")\n";
     }
   }
   return text.str();

@@ -33,12 +33,14 @@ std::vector<Wrench> at_rest(Terrain& terrain, const std::vector<Pose>& poses) {
 
 void require_continuous(const Terrain& terrain) {
   if (!terrain.capabilities().continuous)
-    throw TrimError("terrain '" + terrain.id() + "' has no force law that can be previewed (not continuous): lower the body "
+    throw TrimError("terrain '" + terrain.id() +
+                    "' has no force law that can be previewed (not continuous): lower the body "
                     "onto it instead of trimming");
 }
 
 /// Height at which force(z), zero above touch-down and growing downwards, reaches `load`. Bracket, halve, then KINSOL.
-double solve_height(const std::function<double(double)>& force, double z_start, double radius, double load, const std::string& who) {
+double solve_height(const std::function<double(double)>& force, double z_start, double radius, double load,
+                    const std::string& who) {
   // Up until clear, then down by growing steps until the load is carried.
   double clear = z_start;
   for (int i = 0; force(clear) > 0; ++i) {
@@ -52,7 +54,8 @@ double solve_height(const std::function<double(double)>& force, double z_start, 
     f_low = force(low);
     if (f_low < load && clear - low > 10 * radius + std::abs(z_start - clear))
       throw TrimError(who + ": the terrain carries only " + number(f_low, "N") + " of " + number(load, "N") + " at " +
-                      number(clear - low, "m") + " below its clear position: raise the start, lower the load or use a firmer soil");
+                      number(clear - low, "m") +
+                      " below its clear position: raise the start, lower the load or use a firmer soil");
   }
   auto halve = [&](double width) {
     while (high - low > width) {
@@ -71,8 +74,8 @@ double solve_height(const std::function<double(double)>& force, double z_start, 
   // A kink can stop Newton: halving the same equation down to rounding is as exact, only slower.
   halve(0);
   if (std::min(load - f_high, f_low - load) > 1e-6 * load)
-    throw TrimError(who + ": the force jumps from " + number(f_high, "N") + " to " + number(f_low, "N") + " at z = " +
-                    number(low, "m") + ", past the load of " + number(load, "N"));
+    throw TrimError(who + ": the force jumps from " + number(f_high, "N") + " to " + number(f_low, "N") +
+                    " at z = " + number(low, "m") + ", past the load of " + number(load, "N"));
   return load - f_high < f_low - load ? high : low;
 }
 
@@ -82,7 +85,8 @@ double trim_wheel(Terrain& terrain, int body, const Pose& start, double load) {
   require_continuous(terrain);
   if (body < 0 || body >= static_cast<int>(terrain.bodies().size()))
     throw TrimError("trim_wheel: the terrain has no body " + std::to_string(body));
-  if (!(load > 0) || !std::isfinite(load)) throw TrimError("trim_wheel: the load must be positive, got " + number(load, "N"));
+  if (!(load > 0) || !std::isfinite(load))
+    throw TrimError("trim_wheel: the load must be positive, got " + number(load, "N"));
   const auto b = static_cast<std::size_t>(body);
   const double radius = terrain.bodies()[b].gear.outer_radius();
   std::vector<Pose> poses(terrain.bodies().size(), start);
@@ -134,7 +138,8 @@ struct RigidOnWheels {
 
 /// Pitch and roll of the plane through the ground under the wheels (small angles, least squares; smallest angles when the wheels
 /// do not fix a plane) and the height of that plane's chassis origin.
-std::vector<double> plane_start(const Terrain& terrain, const std::vector<Pose>& wheels, const Pose& guess, double yaw) {
+std::vector<double> plane_start(const Terrain& terrain, const std::vector<Pose>& wheels, const Pose& guess,
+                                double yaw) {
   const auto n = static_cast<Eigen::Index>(wheels.size());
   Eigen::MatrixXd A(n, 3);
   Eigen::VectorXd b(n);
@@ -156,8 +161,8 @@ TrimResult trim_vehicle(Terrain& terrain, const std::vector<Pose>& wheels, doubl
                         const Pose& guess) {
   require_continuous(terrain);
   if (wheels.size() != terrain.bodies().size() || wheels.empty())
-    throw TrimError("trim_vehicle: " + std::to_string(wheels.size()) + " wheels for " + std::to_string(terrain.bodies().size()) +
-                    " bodies of the terrain");
+    throw TrimError("trim_vehicle: " + std::to_string(wheels.size()) + " wheels for " +
+                    std::to_string(terrain.bodies().size()) + " bodies of the terrain");
   if (!(mass > 0) || !(gravity > 0)) throw TrimError("trim_vehicle: mass and gravity must be positive");
 
   const Vec3 forward = guess.q * Vec3::UnitX();
@@ -194,10 +199,13 @@ TrimResult trim_vehicle(Terrain& terrain, const std::vector<Pose>& wheels, doubl
   // So the body first settles as if in honey, dx/dt = r(x) in scaled units, which ends in a stable equilibrium when there is one
   // (pseudo-transient continuation, Kelley & Keyes 1998; CVODE's step grows without limit on the way). KINSOL then does the rest.
   const EquilibriumOptions o{{1e-3 * radius, 1e-3 * radius / length, 1e-3 * radius / length},
-                             {weight, weight * length, weight * length}, 1e-9, 60};
+                             {weight, weight * length, weight * length},
+                             1e-9,
+                             60};
   auto carrying = [&] {
-    return std::to_string(std::count_if(body.last.begin(), body.last.end(), [](const Wrench& w) { return w.f.z() > 0; })) + " of " +
-           std::to_string(wheels.size()) + " wheels carrying";
+    return std::to_string(
+               std::count_if(body.last.begin(), body.last.end(), [](const Wrench& w) { return w.f.z() > 0; })) +
+           " of " + std::to_string(wheels.size()) + " wheels carrying";
   };
   std::vector<double> x = q, u(3);
   auto from_scaled = [&](std::span<const double> scaled) {
@@ -208,11 +216,14 @@ TrimResult trim_vehicle(Terrain& terrain, const std::vector<Pose>& wheels, doubl
   coarse.relative = 1e-4;
   coarse.absolute = {1e-3};
   coarse.max_steps = 20000;
-  Ode honey(0, u, [&](double, std::span<const double> at, std::span<double> rate) {
-    from_scaled(at);
-    body.evaluate(x, rate);
-    for (std::size_t i = 0; i < 3; ++i) rate[i] /= o.r_scale[i];
-  }, coarse);
+  Ode honey(
+      0, u,
+      [&](double, std::span<const double> at, std::span<double> rate) {
+        from_scaled(at);
+        body.evaluate(x, rate);
+        for (std::size_t i = 0; i < 3; ++i) rate[i] /= o.r_scale[i];
+      },
+      coarse);
   EquilibriumResult e;
   try {
     const Residual equations = [&](std::span<const double> at, std::span<double> res) { body.evaluate(at, res); };
@@ -220,11 +231,13 @@ TrimResult trim_vehicle(Terrain& terrain, const std::vector<Pose>& wheels, doubl
       honey.advance(until);
       from_scaled(honey.state());
       if (std::abs(x[1]) > 1 || std::abs(x[2]) > 1)
-        return finish(x, false, "the vehicle tips over: no equilibrium within 1 rad of pitch and roll, " + carrying() +
-                                    "; is the centre of gravity above the wheels' contact points?");
+        return finish(x, false,
+                      "the vehicle tips over: no equilibrium within 1 rad of pitch and roll, " + carrying() +
+                          "; is the centre of gravity above the wheels' contact points?");
       e = solve_equilibrium(equations, x, o);
       // Newton may run off to another root: the settled pose says where this one is.
-      const bool near = std::abs(e.x[0] - x[0]) < 0.1 * radius && std::abs(e.x[1] - x[1]) < 0.1 && std::abs(e.x[2] - x[2]) < 0.1;
+      const bool near =
+          std::abs(e.x[0] - x[0]) < 0.1 * radius && std::abs(e.x[1] - x[1]) < 0.1 && std::abs(e.x[2] - x[2]) < 0.1;
       double settled[3];
       body.evaluate(x, settled);
       double rest = 0;

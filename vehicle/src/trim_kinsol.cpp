@@ -62,7 +62,9 @@ struct Problem {
       return -1;
     }
   }
-  static void on_error(int, const char*, const char*, char* text, void* self) { static_cast<Problem*>(self)->message = text; }
+  static void on_error(int, const char*, const char*, char* text, void* self) {
+    static_cast<Problem*>(self)->message = text;
+  }
   static void silent(const char*, const char*, char*, void*) {}
 };
 
@@ -133,7 +135,8 @@ EquilibriumResult solve_equilibrium(const Residual& r, std::vector<double> x0, c
   result.ok = result.residual <= o.tolerance;
   if (!result.ok) {
     char text[96];
-    std::snprintf(text, sizeof text, "largest scaled residual %.3g after %ld iterations (KINSOL %d)", result.residual, iterations, flag);
+    std::snprintf(text, sizeof text, "largest scaled residual %.3g after %ld iterations (KINSOL %d)", result.residual,
+                  iterations, flag);
     result.why = text + (p.message.empty() ? "" : ": " + p.message);
   }
   return result;

@@ -1,4 +1,5 @@
-// URDF (robot description of ROS): links, inertials, joints, visuals. tinyxml2 parses and knows lines; the column is that of the element.
+// URDF (robot description of ROS): links, inertials, joints, visuals. tinyxml2 parses and knows lines; the column is
+// that of the element.
 #include <tinyxml2.h>
 
 #include <cmath>
@@ -50,7 +51,8 @@ class Reader {
     char* end = nullptr;
     const double x = std::strtod(a, &end);
     if (end == a || *end != '\0' || !std::isfinite(x)) {
-      error(e, std::string("attribute '") + attribute + "' of <" + e->Name() + "> must be a finite number, got '" + a + "'");
+      error(e, std::string("attribute '") + attribute + "' of <" + e->Name() + "> must be a finite number, got '" + a +
+                   "'");
       return fallback;
     }
     return x;
@@ -62,7 +64,8 @@ class Reader {
     Vec3 x;
     std::string rest;
     if (!(in >> x.x() >> x.y() >> x.z()) || (in >> rest) || !x.allFinite()) {
-      error(e, std::string("attribute '") + attribute + "' of <" + e->Name() + "> must be three numbers, got '" + a + "'");
+      error(e,
+            std::string("attribute '") + attribute + "' of <" + e->Name() + "> must be three numbers, got '" + a + "'");
       return fallback;
     }
     return x;
@@ -70,14 +73,15 @@ class Reader {
   Pose origin(const XMLElement* parent) {
     const XMLElement* e = parent->FirstChildElement("origin");
     const Vec3 a = triple(e, "rpy", Vec3::Zero());
-    return {triple(e, "xyz", Vec3::Zero()),
-            Quat(Eigen::AngleAxisd(a.z(), Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(a.y(), Eigen::Vector3d::UnitY()) *
-                 Eigen::AngleAxisd(a.x(), Eigen::Vector3d::UnitX()))};
+    return {triple(e, "xyz", Vec3::Zero()), Quat(Eigen::AngleAxisd(a.z(), Eigen::Vector3d::UnitZ()) *
+                                                 Eigen::AngleAxisd(a.y(), Eigen::Vector3d::UnitY()) *
+                                                 Eigen::AngleAxisd(a.x(), Eigen::Vector3d::UnitX()))};
   }
   /// Elements outside `known` are errors: a misspelt one would otherwise be lost without a word.
   void only(const XMLElement* e, const std::vector<std::string>& known) {
     for (const XMLElement* c = e->FirstChildElement(); c; c = c->NextSiblingElement())
-      if (index_of(c->Name(), known) < 0) error(c, unknown_name(std::string("element in <") + e->Name() + ">", c->Name(), known));
+      if (index_of(c->Name(), known) < 0)
+        error(c, unknown_name(std::string("element in <") + e->Name() + ">", c->Name(), known));
   }
 
  private:
@@ -99,13 +103,17 @@ void read_link(Reader& rd, const XMLElement* e, LinkSpec& l, Pose& X_LB) {
     rd.only(in, {"origin", "mass", "inertia"});
     X_LB = rd.origin(in);
     const XMLElement *m = in->FirstChildElement("mass"), *I = in->FirstChildElement("inertia");
-    if (!m) rd.error(in, "<inertial> needs <mass value=\"...\"/> [kg]");
-    else if (l.mass = rd.number(m, "value", 0, true); l.mass < 0) rd.error(m, "mass must be positive [kg]");
+    if (!m)
+      rd.error(in, "<inertial> needs <mass value=\"...\"/> [kg]");
+    else if (l.mass = rd.number(m, "value", 0, true); l.mass < 0)
+      rd.error(m, "mass must be positive [kg]");
     if (!I) {
       rd.error(in, "<inertial> needs <inertia ixx= iyy= izz= ixy= ixz= iyz=> [kg m^2]");
     } else {
-      const double xx = rd.number(I, "ixx", 0, true), yy = rd.number(I, "iyy", 0, true), zz = rd.number(I, "izz", 0, true);
-      const double xy = rd.number(I, "ixy", 0, false), xz = rd.number(I, "ixz", 0, false), yz = rd.number(I, "iyz", 0, false);
+      const double xx = rd.number(I, "ixx", 0, true), yy = rd.number(I, "iyy", 0, true),
+                   zz = rd.number(I, "izz", 0, true);
+      const double xy = rd.number(I, "ixy", 0, false), xz = rd.number(I, "ixz", 0, false),
+                   yz = rd.number(I, "iyz", 0, false);
       l.inertia << xx, xy, xz, xy, yy, yz, xz, yz, zz;
     }
   }
@@ -144,7 +152,8 @@ void read_urdf_vehicle(const std::filesystem::path& file, const ConfigNode& extr
   tinyxml2::XMLDocument doc;
   if (!in || doc.Parse(text.c_str(), text.size()) != tinyxml2::XML_SUCCESS) {
     log.error(file.string(), in ? doc.ErrorLineNum() : 0, in ? 1 : 0,
-              in ? std::string("not well-formed XML: ") + tinyxml2::XMLDocument::ErrorIDToName(doc.ErrorID()) : "cannot be read");
+              in ? std::string("not well-formed XML: ") + tinyxml2::XMLDocument::ErrorIDToName(doc.ErrorID())
+                 : "cannot be read");
     return;
   }
   const XMLElement* robot = doc.FirstChildElement("robot");
@@ -171,7 +180,7 @@ void read_urdf_vehicle(const std::filesystem::path& file, const ConfigNode& extr
   }
 
   const std::vector<std::string> links = link_names(v);
-  std::vector<Pose> X_PJ;       // joint frame in the parent link's frame
+  std::vector<Pose> X_PJ;  // joint frame in the parent link's frame
   std::vector<Vec3> axis_J;
   for (const XMLElement* e = robot->FirstChildElement("joint"); e; e = e->NextSiblingElement("joint")) {
     JointSpec j;
@@ -198,11 +207,13 @@ void read_urdf_vehicle(const std::filesystem::path& file, const ConfigNode& extr
     const XMLElement* ax = e->FirstChildElement("axis");
     Vec3 axis = rd.triple(ax, "xyz", Vec3::UnitX());
     if (axis.norm() < 1e-9) rd.error(ax, "the axis must not be zero"), axis = Vec3::UnitX();
-    if (const XMLElement* m = e->FirstChildElement("mimic")) rd.error(m, "mimic joints are not supported; use 'differential' in the scenario for a rocker-bogie");
+    if (const XMLElement* m = e->FirstChildElement("mimic"))
+      rd.error(m, "mimic joints are not supported; use 'differential' in the scenario for a rocker-bogie");
     if (const XMLElement* d = e->FirstChildElement("dynamics")) {
       j.damping = rd.number(d, "damping", 0, false);
       if (j.damping < 0) rd.error(d, "damping must not be negative");
-      if (rd.number(d, "friction", 0, false) != 0) rd.error(d, "dry joint friction is not modelled; use damping and set friction to 0");
+      if (rd.number(d, "friction", 0, false) != 0)
+        rd.error(d, "dry joint friction is not modelled; use damping and set friction to 0");
     }
     if (const XMLElement* l = e->FirstChildElement("limit"); l && (type == "revolute" || type == "prismatic")) {
       StopSpec s;
@@ -211,7 +222,8 @@ void read_urdf_vehicle(const std::filesystem::path& file, const ConfigNode& extr
       s.stiffness = j.type == JointSpec::Type::revolute ? stop_stiffness_turn : stop_stiffness_travel;
       if (!(s.lower < s.upper)) rd.error(l, "'lower' must be below 'upper'");
       const bool turn = j.type == JointSpec::Type::revolute;
-      log.assumptions.push_back({file.string(), "joint " + j.name + ".limit stiffness", turn ? "2000 N m/rad" : "1e5 N/m",
+      log.assumptions.push_back({file.string(), "joint " + j.name + ".limit stiffness",
+                                 turn ? "2000 N m/rad" : "1e5 N/m",
                                  "URDF limits are rigid; a spring stop needs a stiffness"});
       j.stops = s;
     } else if (type == "revolute" && !l) {

@@ -11,7 +11,8 @@ std::string unknown_name(const std::string& what, const std::string& name, const
   std::string all;
   for (const std::string& k : known) all += (all.empty() ? "" : ", ") + k;
   const auto near = did_you_mean(name, known);
-  return "unknown " + what + " '" + name + "'" + (near ? "; did you mean '" + *near + "'?" : "") + " known: " + (all.empty() ? "none" : all);
+  return "unknown " + what + " '" + name + "'" + (near ? "; did you mean '" + *near + "'?" : "") +
+         " known: " + (all.empty() ? "none" : all);
 }
 
 int index_of(const std::string& name, const std::vector<std::string>& names) {
@@ -38,8 +39,10 @@ namespace {
 void put_first(VehicleSpec& v, int root) {
   if (root == 0) return;
   auto renumber = [root](int& i) {
-    if (i == root) i = 0;
-    else if (i >= 0 && i < root) ++i;
+    if (i == root)
+      i = 0;
+    else if (i >= 0 && i < root)
+      ++i;
   };
   const LinkSpec l = v.links[root];
   v.links.erase(v.links.begin() + root);
@@ -50,7 +53,9 @@ void put_first(VehicleSpec& v, int root) {
 
 void remove_joint(VehicleSpec& v, int gone) {
   v.joints.erase(v.joints.begin() + gone);
-  auto renumber = [gone](int& i) { if (i > gone) --i; };
+  auto renumber = [gone](int& i) {
+    if (i > gone) --i;
+  };
   for (WheelSpec& w : v.wheels) renumber(w.joint);
   for (SteerSpec& s : v.steering) renumber(s.joint);
   if (v.differential) renumber(v.differential->joint_a), renumber(v.differential->joint_b);
@@ -58,7 +63,9 @@ void remove_joint(VehicleSpec& v, int gone) {
 
 void remove_link(VehicleSpec& v, int gone) {
   v.links.erase(v.links.begin() + gone);
-  auto renumber = [gone](int& i) { if (i > gone) --i; };
+  auto renumber = [gone](int& i) {
+    if (i > gone) --i;
+  };
   for (JointSpec& j : v.joints) renumber(j.parent), renumber(j.child);
   for (WheelSpec& w : v.wheels) renumber(w.link);
 }
@@ -79,10 +86,12 @@ void check_and_merge(ReadVehicle& r, InputLog& log) {
   for (std::size_t j = 0; j < v.joints.size(); ++j) {
     int& p = parent_joint[v.joints[j].child];
     if (v.joints[j].child == v.joints[j].parent)
-      at(r.joint_place[j], "joint '" + v.joints[j].name + "' joins body '" + v.links[v.joints[j].child].name + "' to itself");
+      at(r.joint_place[j],
+         "joint '" + v.joints[j].name + "' joins body '" + v.links[v.joints[j].child].name + "' to itself");
     else if (p >= 0)
-      at(r.joint_place[j], "body '" + v.links[v.joints[j].child].name + "' has two parents: joints '" + v.joints[p].name + "' and '" +
-                               v.joints[j].name + "'; loops are not supported, each body but the chassis is the child of one joint");
+      at(r.joint_place[j], "body '" + v.links[v.joints[j].child].name + "' has two parents: joints '" +
+                               v.joints[p].name + "' and '" + v.joints[j].name +
+                               "'; loops are not supported, each body but the chassis is the child of one joint");
     else
       p = static_cast<int>(j);
   }
@@ -98,7 +107,8 @@ void check_and_merge(ReadVehicle& r, InputLog& log) {
     std::size_t hops = 0;
     while (parent_joint[at_link] >= 0 && hops++ <= v.links.size()) at_link = v.joints[parent_joint[at_link]].parent;
     if (hops > v.links.size()) {
-      at(r.joint_place[parent_joint[i]], "joint '" + v.joints[parent_joint[i]].name + "' closes a loop; loops are not supported");
+      at(r.joint_place[parent_joint[i]],
+         "joint '" + v.joints[parent_joint[i]].name + "' closes a loop; loops are not supported");
       break;
     }
   }
@@ -132,16 +142,19 @@ void check_and_merge(ReadVehicle& r, InputLog& log) {
   for (std::size_t i = 0; i < v.links.size(); ++i) {
     const LinkSpec& l = v.links[i];
     if (!(l.mass > 0)) {
-      at(link_place[i], "body '" + l.name + "' has no mass: every body that is not fixed to another needs a positive mass and an inertia");
+      at(link_place[i],
+         "body '" + l.name +
+             "' has no mass: every body that is not fixed to another needs a positive mass and an inertia");
       continue;
     }
     const Eigen::Vector3d e = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(Eigen::Matrix3d(l.inertia)).eigenvalues();
     if (!(e(0) > 0) || e(2) > (e(0) + e(1)) * (1 + 1e-9)) {
       char text[256];
-      std::snprintf(text, sizeof text,
-                    "inertia of body '%s' belongs to no body: principal moments %.6g, %.6g, %.6g kg m^2 must be positive and the "
-                    "largest at most the sum of the others",
-                    l.name.c_str(), e(0), e(1), e(2));
+      std::snprintf(
+          text, sizeof text,
+          "inertia of body '%s' belongs to no body: principal moments %.6g, %.6g, %.6g kg m^2 must be positive and the "
+          "largest at most the sum of the others",
+          l.name.c_str(), e(0), e(1), e(2));
       at(link_place[i], text);
     }
   }

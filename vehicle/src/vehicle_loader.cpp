@@ -20,8 +20,9 @@ void InputLog::check() {
   if (errors.empty()) return;
   auto key = [](const Diagnostic& d) { return std::tie(d.file, d.line, d.column, d.message); };
   std::stable_sort(errors.begin(), errors.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });
-  errors.erase(std::unique(errors.begin(), errors.end(), [&](const auto& a, const auto& b) { return key(a) == key(b); }),
-               errors.end());
+  errors.erase(
+      std::unique(errors.begin(), errors.end(), [&](const auto& a, const auto& b) { return key(a) == key(b); }),
+      errors.end());
   throw ConfigError(errors);
 }
 
@@ -35,7 +36,8 @@ VehicleSpec load_vehicle(const std::filesystem::path& file, const ConfigNode& ex
     for (const char* key : {"wheels", "motors", "steering", "differential", "battery"})
       if (extras.has(key)) {
         extras.node(key);
-        extras.error_at(key, std::string("'") + key + "' belongs in the vehicle file; a scenario has it only for a URDF vehicle");
+        extras.error_at(
+            key, std::string("'") + key + "' belongs in the vehicle file; a scenario has it only for a URDF vehicle");
       }
     const ConfigDocument doc = ConfigDocument::from_file(file);
     if (doc.diagnostics().empty()) read_yaml_vehicle(doc.root(), v, log);

@@ -71,7 +71,8 @@ void merge_fixed(LinkSpec& a, const LinkSpec& b) {
 }
 
 Mat3 box_inertia(double m, const Vec3& s) {
-  return Vec3(s.y() * s.y() + s.z() * s.z(), s.x() * s.x() + s.z() * s.z(), s.x() * s.x() + s.y() * s.y()).asDiagonal() *
+  return Vec3(s.y() * s.y() + s.z() * s.z(), s.x() * s.x() + s.z() * s.z(), s.x() * s.x() + s.y() * s.y())
+             .asDiagonal() *
          Mat3(Mat3::Identity() * (m / 12));
 }
 

@@ -1,7 +1,7 @@
 #include "grouser/vehicle/vehicle_world.h"
 
-#include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
 #include <BulletCollision/BroadphaseCollision/btSimpleBroadphase.h>
+#include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
 #include <BulletCollision/CollisionShapes/btEmptyShape.h>
 #include <BulletDynamics/ConstraintSolver/btGeneric6DofSpring2Constraint.h>
 #include <BulletDynamics/ConstraintSolver/btHingeConstraint.h>
@@ -45,18 +45,18 @@ Mat3 axis_frame(const Vec3& axis, int k) {
 struct Body {
   std::unique_ptr<btRigidBody> rigid;
   Quat q_BP = Quat::Identity();
-  btVector3 inertia;                 // principal
-  btVector3 v, w;                    // after the last solve, before the soil's impulse
+  btVector3 inertia;  // principal
+  btVector3 v, w;     // after the last solve, before the soil's impulse
 };
 
 struct Joint {
   std::unique_ptr<btTypedConstraint> constraint;
   btJointFeedback feedback;
-  Body *a = nullptr, *b = nullptr;   // parent, child
-  btVector3 anchor_a, anchor_b;      // body frames P
+  Body *a = nullptr, *b = nullptr;  // parent, child
+  btVector3 anchor_a, anchor_b;     // body frames P
   btVector3 axis_a, across_a, across_b;
   // At the beginning of the step:
-  btVector3 axis, r_a, r_b;          // W; r: from the centres to the child's anchor
+  btVector3 axis, r_a, r_b;  // W; r: from the centres to the child's anchor
   double q = 0, rate = 0;
   double spring = 0, damper = 0, drive = 0;  // [N] or [N m] along q
 };
@@ -94,11 +94,11 @@ struct VehicleWorld::Impl {
   std::vector<Joint> joints;
   AfterSolve after_solve;
   std::unique_ptr<bullet::TerrainAction> action;
-  std::vector<int> soil_body;        // wheel -> index in the action
+  std::vector<int> soil_body;  // wheel -> index in the action
 
   double dt = 0, time = 0;
   VehicleEnergy energy;
-  std::vector<double> angle_error;   // per wheel, integral of the speed error [rad]
+  std::vector<double> angle_error;  // per wheel, integral of the speed error [rad]
   std::vector<double> motor_torque;
   double motor_power = 0;
   Vec3 acceleration = Vec3::Zero();
@@ -110,7 +110,8 @@ struct VehicleWorld::Impl {
   std::vector<btVector3> gyro;
   double differential_e = 0, differential_rate = 0, differential_spring = 0, differential_damper = 0;
 
-  Impl(const VehicleSpec& s, std::shared_ptr<Terrain> t, const WorldOptions& o) : spec(s), options(o), terrain(std::move(t)) {
+  Impl(const VehicleSpec& s, std::shared_ptr<Terrain> t, const WorldOptions& o)
+      : spec(s), options(o), terrain(std::move(t)) {
     if (o.solver == WorldOptions::Solver::dantzig)
       solver = std::make_unique<btMLCPSolver>(&dantzig);
     else
@@ -283,7 +284,8 @@ struct VehicleWorld::Impl {
   }
 
   void read_joints() {
-    for (std::size_t i = 0; i < joints.size(); ++i) read_joint(joints[i], spec.joints[i].type == JointSpec::Type::revolute);
+    for (std::size_t i = 0; i < joints.size(); ++i)
+      read_joint(joints[i], spec.joints[i].type == JointSpec::Type::revolute);
     if (spec.differential) {
       const Joint &a = joints[spec.differential->joint_a], &b = joints[spec.differential->joint_b];
       differential_e = a.q + spec.differential->sign * b.q;
@@ -342,11 +344,12 @@ struct VehicleWorld::Impl {
       j.drive += std::clamp(s.gain * (target - j.q) - s.damping * j.rate, -s.max_torque, s.max_torque);
     }
     for (std::size_t i = 0; i < joints.size(); ++i)
-      apply(joints[i], spec.joints[i].type == JointSpec::Type::revolute, joints[i].spring + joints[i].damper + joints[i].drive);
+      apply(joints[i], spec.joints[i].type == JointSpec::Type::revolute,
+            joints[i].spring + joints[i].damper + joints[i].drive);
   }
 
-  /// An impulse of the soil acts in the step after the one it was computed for. The first step after a trim would have none and the
-  /// vehicle would start by falling for one step: give it the impulse of the equilibrium.
+  /// An impulse of the soil acts in the step after the one it was computed for. The first step after a trim would have
+  /// none and the vehicle would start by falling for one step: give it the impulse of the equilibrium.
   void apply_first_load() {
     for (std::size_t i = 0; i < first_load.size(); ++i) {
       btRigidBody& b = *bodies[spec.wheels[i].link].rigid;
@@ -366,7 +369,8 @@ struct VehicleWorld::Impl {
   double kinetic_now() const {
     double e = 0;
     for (std::size_t i = 0; i < bodies.size(); ++i)
-      e += 0.5 * spec.links[i].mass * bodies[i].v.length2() + rotational_energy(bodies[i], bodies[i].rigid->getWorldTransform().getBasis());
+      e += 0.5 * spec.links[i].mass * bodies[i].v.length2() +
+           rotational_energy(bodies[i], bodies[i].rigid->getWorldTransform().getBasis());
     return e;
   }
 
@@ -545,7 +549,9 @@ double VehicleWorld::joint_speed(int j) const { return impl_->joints[j].rate; }
 double VehicleWorld::motor_torque(int w) const { return impl_->motor_torque[w]; }
 double VehicleWorld::motor_power() const { return impl_->motor_power; }
 const ContactReport& VehicleWorld::contact(int w) const { return impl_->action->result(impl_->soil_body[w]).report; }
-Vec3 VehicleWorld::soil_force(int w) const { return impl_->dt > 0 ? Vec3(impl_->soil_applied[w].f / impl_->dt) : Vec3(Vec3::Zero()); }
+Vec3 VehicleWorld::soil_force(int w) const {
+  return impl_->dt > 0 ? Vec3(impl_->soil_applied[w].f / impl_->dt) : Vec3(Vec3::Zero());
+}
 Vec3 VehicleWorld::chassis_acceleration() const { return impl_->acceleration; }
 const VehicleEnergy& VehicleWorld::energy() const { return impl_->energy; }
 double VehicleWorld::terrain_seconds() const { return impl_->action->terrain_seconds(); }
@@ -623,8 +629,8 @@ void VehicleWorld::traverse(State& s) {
     s.field("twist", m.soil_twist[i]);
   }
   VehicleEnergy& e = m.energy;
-  double* account[] = {&e.kinetic, &e.potential, &e.spring,  &e.motor, &e.damper,    &e.soil_work, &e.implicit,
-                       &e.joints,  &e.integration, &e.battery, &e.gross, &e.kinetic_0, &e.spring_0, &e.motor_gross};
+  double* account[] = {&e.kinetic, &e.potential,   &e.spring,  &e.motor, &e.damper,    &e.soil_work, &e.implicit,
+                       &e.joints,  &e.integration, &e.battery, &e.gross, &e.kinetic_0, &e.spring_0,  &e.motor_gross};
   double values[14];
   for (int k = 0; k < 14; ++k) values[k] = *account[k];
   s.reals("energy", values, 14);

@@ -14,7 +14,8 @@ void add_triangle(VisualMesh& m, std::size_t a, std::size_t b, std::size_t c) {
 void add_box(VisualMesh& m, const Vec3& size, const Pose& X) {
   const std::size_t o = m.vertices.size() / 3;
   for (int i = 0; i < 8; ++i)
-    add_vertex(m, X * Vec3(0.5 * size.x() * (i & 1 ? 1 : -1), 0.5 * size.y() * (i & 2 ? 1 : -1), 0.5 * size.z() * (i & 4 ? 1 : -1)));
+    add_vertex(m, X * Vec3(0.5 * size.x() * (i & 1 ? 1 : -1), 0.5 * size.y() * (i & 2 ? 1 : -1),
+                           0.5 * size.z() * (i & 4 ? 1 : -1)));
   static constexpr int faces[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
                                        {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
   for (const auto& f : faces) add_triangle(m, o + f[0], o + f[1], o + f[2]);
@@ -68,7 +69,8 @@ VisualMesh visual_mesh(const VehicleSpec& v, int link) {
   for (const WheelSpec& w : v.wheels) {
     if (w.link != link) continue;
     Pose X_BG;
-    X_BG.q = Quat::FromTwoVectors(Vec3(Vec3::UnitY()), Vec3(v.links[link].X_VB.q.conjugate() * v.joints[w.joint].axis_V));
+    X_BG.q =
+        Quat::FromTwoVectors(Vec3(Vec3::UnitY()), Vec3(v.links[link].X_VB.q.conjugate() * v.joints[w.joint].axis_V));
     add_gear(m, w.gear, X_BG);
   }
   return m;

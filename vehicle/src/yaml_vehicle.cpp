@@ -22,8 +22,8 @@ Quat from_rpy(const Vec3& a) {
               Eigen::AngleAxisd(a.x(), Eigen::Vector3d::UnitX()));
 }
 
-/// inertia: {box: [x, y, z]} | {cylinder: {radius, length}} (axis y) | {moments: [Ixx, Iyy, Izz], products: [Ixy, Ixz, Iyz]}
-/// The solid shape is also what the 3-D view shows unless `visual:` says otherwise.
+/// inertia: {box: [x, y, z]} | {cylinder: {radius, length}} (axis y) | {moments: [Ixx, Iyy, Izz], products: [Ixy, Ixz,
+/// Iyz]} The solid shape is also what the 3-D view shows unless `visual:` says otherwise.
 void read_inertia(const ConfigNode& body, LinkSpec& l) {
   const ConfigNode n = body.map("inertia");
   if (!n.present()) return;
@@ -34,7 +34,8 @@ void read_inertia(const ConfigNode& body, LinkSpec& l) {
     l.visuals.push_back({Visual::Kind::box, s, {}});
   } else if (n.has("cylinder")) {
     const ConfigNode c = n.map("cylinder");
-    const double r = c.quantity("radius", "m", Range::positive()), length = c.quantity("length", "m", Range::positive());
+    const double r = c.quantity("radius", "m", Range::positive()),
+                 length = c.quantity("length", "m", Range::positive());
     l.inertia = cylinder_inertia(l.mass, r, length);
     l.visuals.push_back({Visual::Kind::cylinder, Vec3(r, length, 0), {}});
     c.finish();
@@ -89,7 +90,8 @@ void read_joint_forces(const ConfigNode& n, JointSpec& j) {
     stop.upper = s.quantity("upper", x);
     stop.stiffness = s.quantity("stiffness", k, Range::positive());
     stop.damping = s.quantity_or("damping", 0.0, c, Range::non_negative());
-    if (s.has("lower") && s.has("upper") && !(stop.lower < stop.upper)) s.error("'lower' of the stops must be below 'upper'");
+    if (s.has("lower") && s.has("upper") && !(stop.lower < stop.upper))
+      s.error("'lower' of the stops must be below 'upper'");
     s.finish();
     j.stops = stop;
   }
@@ -105,7 +107,8 @@ int link_of(const ConfigNode& n, const std::string& key, const VehicleSpec& v) {
 }
 
 /// A wheel is a body and an axle in one entry.
-void read_wheel(const std::string& name, const ConfigNode& n, ReadVehicle& r, std::map<std::string, RunningGear>& gears, InputLog& log) {
+void read_wheel(const std::string& name, const ConfigNode& n, ReadVehicle& r, std::map<std::string, RunningGear>& gears,
+                InputLog& log) {
   VehicleSpec& v = r.spec;
   WheelSpec w;
   w.name = name;
@@ -176,8 +179,10 @@ void read_yaml_vehicle(const ConfigNode& root, ReadVehicle& r, InputLog& log) {
         const std::vector<double> a = n.quantities("axis", "1", 3);
         if (a.size() == 3) {
           j.axis_V = Vec3(a[0], a[1], a[2]);
-          if (j.axis_V.norm() < 1e-9) n.error_at("axis", "the axis must not be zero");
-          else j.axis_V.normalize();
+          if (j.axis_V.norm() < 1e-9)
+            n.error_at("axis", "the axis must not be zero");
+          else
+            j.axis_V.normalize();
         }
         read_joint_forces(n, j);
       }

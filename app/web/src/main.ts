@@ -2,9 +2,10 @@
 import 'uplot/dist/uPlot.min.css';
 import './style.css';
 import { runColours } from './colours';
-import { Block, Run, type Header } from './data';
+import { Block, Run, type Header, type RunHeader } from './data';
 import { rigPage } from './rig_page';
 import { runPage, type Page } from './run_page';
+import { tabs } from './tabs';
 import { el } from './text';
 
 /** Short names that tell the runs apart: the model when it differs, else the folder. */
@@ -14,6 +15,13 @@ function labels(items: { terrain: string; folder: string; soil: string }[]): str
     if (new Set(names).size === items.length && names.every(Boolean)) return names;
   }
   return items.map((r, k) => `${r.folder} (${k + 1})`);
+}
+
+/** Runs grouped by their ground, in the order of the file. */
+function byGround(runs: RunHeader[]): RunHeader[][] {
+  const groups = new Map<string, RunHeader[]>();
+  for (const r of runs) groups.set(r.ground, [...(groups.get(r.ground) ?? []), r]);
+  return [...groups.values()];
 }
 
 function schemeButton(pages: Page[]): HTMLElement {
@@ -46,27 +54,38 @@ async function start(): Promise<void> {
 
   const pages: Page[] = [];
   page.replaceChildren();
-  const several = header.runs.length + header.rigs.length > 1;
-  const top = el('header', {}, el('div', {}, el('h1', {}, header.title || 'grouser'), several ? el('p', { class: 'kind' }, `Comparison of ${header.runs.length + header.rigs.length} results`) : null));
+  const grounds = byGround(header.runs);
+  const count = header.runs.length + header.rigs.length;
+  const kind = count === 1 ? null : `Comparison of ${count} results` + (grounds.length > 1 ? ` over ${grounds.length} grounds` : '');
+  const top = el('header', {}, el('div', {}, el('h1', {}, header.title || 'grouser'), kind ? el('p', { class: 'kind' }, kind) : null));
   top.append(schemeButton(pages));
   page.append(top);
 
-  if (header.runs.length > 0) {
-    const names = labels(header.runs);
-    const runs: Run[] = [];
-    for (const [k, h] of header.runs.entries())
-      runs.push(new Run(h, await block(h.block ?? 0), names[k], runColours[k % runColours.length]));
-    pages.push(runPage(page, runs));
+  // Runs are comparable over the same ground: one tab per ground, built when it is first looked at.
+  if (grounds.length > 0) {
+    const sections = grounds.map((runs) => ({
+      label: runs[0].title,
+      build: async (host: HTMLElement) => {
+        const names = labels(runs);
+        const loaded: Run[] = [];
+        for (const [k, h] of runs.entries()) loaded.push(new Run(h, await block(h.block ?? 0), names[k], runColours[k % runColours.length]));
+        const built = runPage(host, loaded);
+        pages.push(built);
+        return built;
+      },
+    }));
+    await tabs(page, sections);
   }
   if (header.rigs.length > 0) {
     const names = labels(header.rigs);
     const rigs = [];
     for (const [k, h] of header.rigs.entries())
       rigs.push({ header: h, block: await block(h.block), label: names[k], colour: runColours[k % runColours.length] });
-    pages.push(rigPage(page, rigs));
+    const built = rigPage(page, rigs);
+    pages.push(built);
+    built.mount();
   }
   page.append(el('footer', {}, 'Written by grouser. This file needs no network; all data are inside.'));
-  pages.forEach((p) => p.mount());
   document.documentElement.dataset.ready = '1';
 }
 

@@ -52,7 +52,7 @@ double mobilised(const ShearLaw& law, double j);
 
 struct ContactRange {
   double theta_f = 0, theta_m = 0, theta_r = 0;  ///< [rad]
-  bool front_branch_empty = false;  ///< theta_m law gives theta_m >= theta_f: the law carries nothing
+  bool front_branch_empty = false;               ///< theta_m law gives theta_m >= theta_f: the law carries nothing
 };
 ContactRange contact_range(const SoilLaw& soil, double theta_f, double slip);
 
@@ -64,8 +64,8 @@ Stress stress_at(const WheelSize& wheel, const SoilLaw& soil, const ContactRange
 
 /// Force and moment of the soil on the wheel about the hub, frame: x forward in the ground plane, y left, z up (eq 2.11).
 struct WheelForces {
-  double Fx = 0, Fy = 0, Fz = 0;  ///< [N] drawbar pull, side force, normal force
-  double Mx = 0, My = 0, Mz = 0;  ///< [N m]; driving torque = -My
+  double Fx = 0, Fy = 0, Fz = 0;          ///< [N] drawbar pull, side force, normal force
+  double Mx = 0, My = 0, Mz = 0;          ///< [N m]; driving torque = -My
   double pressure_x = 0, pressure_z = 0;  ///< [N] part of sigma alone
   double capacity = 0;                    ///< [N] r b integral (c + sigma tan phi)
   std::array<double, 6> d_t{}, d_l{};     ///< derivatives of (Fx..Mz) by e.t and e.l at fixed theta_m [N, N m]
@@ -88,8 +88,8 @@ struct Quadrature {
 WheelForces steady_forces(const WheelSize& wheel, const SoilLaw& soil, double theta_f, ShearState e, Quadrature q = {},
                           double pressure_factor = 1);
 /// The same with theta_m and theta_r of another slip than the shear state's own: transients, where the two settle differently.
-WheelForces steady_forces(const WheelSize& wheel, const SoilLaw& soil, double theta_f, ShearState e, double slip, Quadrature q,
-                          double pressure_factor);
+WheelForces steady_forces(const WheelSize& wheel, const SoilLaw& soil, double theta_f, ShearState e, double slip,
+                          Quadrature q, double pressure_factor);
 WheelForces steady_forces(const WheelSize& wheel, const SoilLaw& soil, double theta_f, double kappa, double beta,
                           Quadrature q = {});
 
@@ -97,9 +97,9 @@ WheelForces steady_forces(const WheelSize& wheel, const SoilLaw& soil, double th
 struct Equilibrium {
   enum class Status {
     ok,
-    bad_argument,   ///< load not positive and finite, or a size not positive
-    too_soft,       ///< the load is not reached with the wheel sunk to its hub
-    no_pressure,    ///< theta_m >= theta_f (see ContactRange::front_branch_empty)
+    bad_argument,  ///< load not positive and finite, or a size not positive
+    too_soft,      ///< the load is not reached with the wheel sunk to its hub
+    no_pressure,   ///< theta_m >= theta_f (see ContactRange::front_branch_empty)
   } status = Status::ok;
   double theta_f = 0;  ///< [rad]
   double sinkage = 0;  ///< [m]
@@ -108,6 +108,7 @@ struct Equilibrium {
 std::string_view name_of(Equilibrium::Status status);
 
 /// Fz(theta_f) = load [N] by bracketing and Boost.Math's TOMS 748, to 1e-12 of theta_f. Never throws: see status.
-Equilibrium steady_equilibrium(const WheelSize& wheel, const SoilLaw& soil, double load, ShearState e, Quadrature q = {});
+Equilibrium steady_equilibrium(const WheelSize& wheel, const SoilLaw& soil, double load, ShearState e,
+                               Quadrature q = {});
 
 }  // namespace grouser::bekker

@@ -43,7 +43,8 @@ class Axes {
     p.p = {static_cast<double>(X.getOrigin().x()), static_cast<double>(X.getOrigin().y()),
            static_cast<double>(X.getOrigin().z())};
     p.q = Quat(static_cast<double>(q.w()), static_cast<double>(q.x()), static_cast<double>(q.y()),
-               static_cast<double>(q.z())).normalized();
+               static_cast<double>(q.z()))
+              .normalized();
     return p;
   }
 

@@ -10,14 +10,14 @@ namespace grouser::bullet {
 
 /// One wheel of a group that shares bodies through joints. 6-vectors: (x, y, z, rx, ry, rz) in W about the body's origin.
 struct WheelStep {
-  Vec6 raw = Vec6::Zero();       ///< dt * F(x, v): the model's impulse over the step just done [N s, N m s]
+  Vec6 raw = Vec6::Zero();  ///< dt * F(x, v): the model's impulse over the step just done [N s, N m s]
   bool linearised = false;
-  Mat6 K = Mat6::Zero();         ///< dF/dx [N/m, ...], negative = restoring
-  Mat6 D = Mat6::Zero();         ///< dF/dv [N s/m, ...]
-  Vec6 v = Vec6::Zero();         ///< twist now
-  Vec6 dv = Vec6::Zero();        ///< change of twist over the coming step by everything but soil
-  Vec6 impulse = Vec6::Zero();   ///< answer
-  bool released = false;         ///< answer: contact ends within the coming step
+  Mat6 K = Mat6::Zero();        ///< dF/dx [N/m, ...], negative = restoring
+  Mat6 D = Mat6::Zero();        ///< dF/dv [N s/m, ...]
+  Vec6 v = Vec6::Zero();        ///< twist now
+  Vec6 dv = Vec6::Zero();       ///< change of twist over the coming step by everything but soil
+  Vec6 impulse = Vec6::Zero();  ///< answer
+  bool released = false;        ///< answer: contact ends within the coming step
 };
 
 /// Impulses J that solve, for all wheels of the group at once,
@@ -40,8 +40,8 @@ double explicit_step_ratio(const Mat6& K, const Mat6& D, const Mat6& W, double d
 
 /// Eq 2 of mobility.h. inverse_mass: 6 x 6 per body; G: held joint rows (n x 6 bodies); cfm: softness of each row relative to its own
 /// response; wheels: the body of each wheel. Returns W, 6n x 6n. Dependent rows (loops, doubled joints) are allowed.
-Eigen::MatrixXd joint_mobility(const std::vector<Mat6>& inverse_mass, const Eigen::MatrixXd& G, const Eigen::VectorXd& cfm,
-                               const std::vector<Eigen::Index>& wheels);
+Eigen::MatrixXd joint_mobility(const std::vector<Mat6>& inverse_mass, const Eigen::MatrixXd& G,
+                               const Eigen::VectorXd& cfm, const std::vector<Eigen::Index>& wheels);
 
 /// R block diagonal times W times its transpose: from Bullet's axes to W.
 Eigen::MatrixXd rotate_blocks(const Eigen::MatrixXd& W, const Mat3& R);

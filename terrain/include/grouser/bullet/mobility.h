@@ -28,14 +28,15 @@ struct WheelGroup {
   std::vector<btRigidBody*> bodies;
   std::vector<btTypedConstraint*> joints;
   btMultiBody* multi = nullptr;
-  Eigen::MatrixXd W;            ///< 6n x 6n, frame W, order (x, y, z, rx, ry, rz) per wheel
-  std::vector<LinkRows> rows;   ///< multibody only: one per wheel
+  Eigen::MatrixXd W;           ///< 6n x 6n, frame W, order (x, y, z, rx, ry, rz) per wheel
+  std::vector<LinkRows> rows;  ///< multibody only: one per wheel
 };
 
 class Mobility {
  public:
   /// refresh: rigid groups get a new W every so many steps (1 = each); multibodies each step, because they need their rows anyway.
-  Mobility(btDiscreteDynamicsWorld& world, const Axes& axes, int refresh) : world_(world), axes_(axes), refresh_(refresh) {}
+  Mobility(btDiscreteDynamicsWorld& world, const Axes& axes, int refresh)
+      : world_(world), axes_(axes), refresh_(refresh) {}
 
   /// Groups with W for the present configuration, or one up to `refresh` steps old. dt: the step [s].
   const std::vector<WheelGroup>& update(const std::vector<HostBody>& hosts, double dt) {
@@ -214,7 +215,8 @@ class Mobility {
     G_.resize(static_cast<Eigen::Index>(kept.size()), static_cast<Eigen::Index>(size));
     cfm_.resize(static_cast<Eigen::Index>(kept.size()));
     for (std::size_t i = 0; i < kept.size(); ++i) {
-      for (std::size_t c = 0; c < size; ++c) G_(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(c)) = kept[i][c];
+      for (std::size_t c = 0; c < size; ++c)
+        G_(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(c)) = kept[i][c];
       cfm_[static_cast<Eigen::Index>(i)] = cfm[i];
     }
   }
@@ -229,9 +231,11 @@ class Mobility {
       for (int k = 0; k < 3; ++k) speed += j[k] * static_cast<double>(v[k]) + j[3 + k] * static_cast<double>(w[k]);
     }
     if (!(response > 0)) return false;
-    constexpr double unlimited = 1e17;  // Bullet's infinity is FLT_MAX or DBL_MAX, and users write 1e18 and BT_LARGE_FLOAT
+    constexpr double unlimited =
+        1e17;  // Bullet's infinity is FLT_MAX or DBL_MAX, and users write 1e18 and BT_LARGE_FLOAT
     const auto breaking = static_cast<double>(joint.getBreakingImpulseThreshold());
-    const double up = std::min(static_cast<double>(r.upper), breaking), down = std::max(static_cast<double>(r.lower), -breaking);
+    const double up = std::min(static_cast<double>(r.upper), breaking),
+                 down = std::max(static_cast<double>(r.lower), -breaking);
     if (up > unlimited && down < -unlimited) return true;
     const double limit = std::min(up, -down);
     if (!(limit > 0)) return false;

@@ -59,7 +59,11 @@ struct AdapterEnergy {
 class TerrainAction : public btActionInterface {
  public:
   TerrainAction(btDiscreteDynamicsWorld& world, std::shared_ptr<Terrain> terrain, Options options = {})
-      : world_(world), terrain_(std::move(terrain)), options_(std::move(options)), axes_(options_.up), mobility_(world, axes_, options_.mobility_refresh) {
+      : world_(world),
+        terrain_(std::move(terrain)),
+        options_(std::move(options)),
+        axes_(options_.up),
+        mobility_(world, axes_, options_.mobility_refresh) {
     if (!terrain_) throw std::invalid_argument("TerrainAction needs a terrain, got a null pointer");
     if (options_.mobility_refresh < 1) throw std::invalid_argument("Options::mobility_refresh must be at least 1");
     time_ = terrain_->time();
@@ -69,7 +73,8 @@ class TerrainAction : public btActionInterface {
 
   /// Before the first step. X_BG: gear frame (y = spin axis, origin = wheel centre) in Bullet's body frame.
   /// @throws TerrainError after the first step, or for a gear that the model cannot carry. Returns the wheel's index.
-  int add_wheel(btRigidBody& body, RunningGear gear, std::string name, const btTransform& X_BG = btTransform::getIdentity()) {
+  int add_wheel(btRigidBody& body, RunningGear gear, std::string name,
+                const btTransform& X_BG = btTransform::getIdentity()) {
     return add(HostBody(body), std::move(gear), std::move(name), X_BG);
   }
   /// link = -1 is the base.
@@ -110,7 +115,8 @@ class TerrainAction : public btActionInterface {
     const auto group = s.group("adapter");
     std::int64_t n = wheels();
     s.field("wheels", n);
-    if (n != wheels()) throw StateError("state has " + std::to_string(n) + " wheels, the adapter " + std::to_string(wheels()));
+    if (n != wheels())
+      throw StateError("state has " + std::to_string(n) + " wheels, the adapter " + std::to_string(wheels()));
     s.field("time", time_);
     s.field("implicit_correction", energy_.implicit_correction);
     s.field("integration", energy_.integration);
@@ -161,12 +167,13 @@ class TerrainAction : public btActionInterface {
  private:
   struct Wheel {
     Pose X_WB;
-    Twist V_WB;                      ///< after the last solve
-    Vec6 applied = Vec6::Zero();     ///< impulse given for the coming step
-    Vec6 model = Vec6::Zero();       ///< the model's impulse
-    Vec6 expected = Vec6::Zero();    ///< W J: change of twist that the impulses of the group should make in the coming solve
-    Vec6 dv = Vec6::Zero();          ///< change of twist by everything but soil, from the last step
-    bool fresh = true;               ///< no last step to learn from
+    Twist V_WB;                   ///< after the last solve
+    Vec6 applied = Vec6::Zero();  ///< impulse given for the coming step
+    Vec6 model = Vec6::Zero();    ///< the model's impulse
+    Vec6 expected =
+        Vec6::Zero();        ///< W J: change of twist that the impulses of the group should make in the coming solve
+    Vec6 dv = Vec6::Zero();  ///< change of twist by everything but soil, from the last step
+    bool fresh = true;       ///< no last step to learn from
     bool warned = false;
     double probed_force = 0;
   };
@@ -277,13 +284,15 @@ class TerrainAction : public btActionInterface {
     }
   }
 
-  void refuse_above_one(std::size_t i, const Mat6& K, const Mat6& D, const Mat6& W, double dt, const char* remedy) const {
+  void refuse_above_one(std::size_t i, const Mat6& K, const Mat6& D, const Mat6& W, double dt,
+                        const char* remedy) const {
     const double ratio = explicit_step_ratio(K, D, W, dt);
     if (ratio <= 1) return;
-    throw std::runtime_error("wheel '" + terrain_->bodies()[i].name + "' on " + terrain_->id() + ": stiffness " +
-                             number(-K(2, 2)) + " N/m and damping " + number(-D(2, 2)) + " N s/m on " + number(1 / W(2, 2)) +
-                             " kg at dt = " + number(dt) + " s give dt * omega = " + number(ratio) +
-                             "; explicit impulses are unstable above 1: " + remedy + " or use dt <= " + number(dt / ratio) + " s");
+    throw std::runtime_error(
+        "wheel '" + terrain_->bodies()[i].name + "' on " + terrain_->id() + ": stiffness " + number(-K(2, 2)) +
+        " N/m and damping " + number(-D(2, 2)) + " N s/m on " + number(1 / W(2, 2)) + " kg at dt = " + number(dt) +
+        " s give dt * omega = " + number(ratio) + "; explicit impulses are unstable above 1: " + remedy +
+        " or use dt <= " + number(dt / ratio) + " s");
   }
 
   /// A model without linearisation: stiffness and damping by differences of preview(), whenever the force has grown by half.
@@ -293,7 +302,7 @@ class TerrainAction : public btActionInterface {
     if (force <= 1.5 * wheels_[i].probed_force) return;
     wheels_[i].probed_force = force;
     std::vector<BodyMotion> motions = motions_;
-    for (std::size_t k = 0; k < motions.size(); ++k) motions[k].X_WB_begin = motions[k].X_WB_end;
+    for (BodyMotion& m : motions) m.X_WB_begin = m.X_WB_end;
     std::vector<BodyResult> results(results_.size());
     const auto wrench = [&](const BodyMotion& trial) {
       motions[i] = trial;
@@ -338,7 +347,8 @@ class TerrainAction : public btActionInterface {
         if (!touching) continue;
         wheels_[i].warned = true;
         warn("wheel '" + terrain_->bodies()[i].name +
-             "' also collides with a static shape: it is held twice, by the soil and by Bullet's contact solver. Take the ground "
+             "' also collides with a static shape: it is held twice, by the soil and by Bullet's contact solver. Take "
+             "the ground "
              "shape out of the wheel's collision mask, or give the wheel no collision shape");
         break;
       }

@@ -9,10 +9,10 @@ namespace grouser {
 
 /// State of a run on disk. Written to a temporary file and renamed, so that a kill leaves either the old or the new one whole.
 struct Checkpoint {
-  std::string scenario;         ///< resolved scenario text; resuming with another one is refused
+  std::string scenario;  ///< resolved scenario text; resuming with another one is refused
   std::string version;
-  double time = 0;              ///< [s]
-  std::uint64_t frames = 0;     ///< frames in run.h5 at that time
+  double time = 0;           ///< [s]
+  std::uint64_t frames = 0;  ///< frames in run.h5 at that time
   State state{};
 };
 

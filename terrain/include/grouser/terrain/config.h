@@ -15,7 +15,7 @@ namespace grouser {
 struct Diagnostic {
   std::string file;
   int line = 0, column = 0;
-  std::string message;  ///< what is wrong and what is allowed, one line
+  std::string message;       ///< what is wrong and what is allowed, one line
   std::string text() const;  ///< "file:line:column: message"
 };
 
@@ -65,28 +65,32 @@ class ConfigNode {
   bool has(const std::string& key) const;
   /// `unit` is any unit expression: "m", "kN/m^2", "N m s/rad", "1". The result is in SI.
   double quantity(const std::string& key, std::string_view unit, Range range = Range::any()) const;
-  double quantity_or(const std::string& key, double fallback_si, std::string_view unit, Range range = Range::any()) const;
-  std::optional<double> optional_quantity(const std::string& key, std::string_view unit, Range range = Range::any()) const;
+  double quantity_or(const std::string& key, double fallback_si, std::string_view unit,
+                     Range range = Range::any()) const;
+  std::optional<double> optional_quantity(const std::string& key, std::string_view unit,
+                                          Range range = Range::any()) const;
   /// Units with the sinkage exponent, e.g. "kN/m^(n+1)": the value of n is given here, so read n first.
   double quantity_n(const std::string& key, std::string_view unit, double n, Range range = Range::any()) const;
   /// [a, b, c] of quantities; n = 0 accepts any length >= 1. Each item carries its unit ("[1 m, 2 m]") or the list ends in a common unit: "1, 2, 3 m" as text.
-  std::vector<double> quantities(const std::string& key, std::string_view unit, std::size_t n = 0, Range range = Range::any()) const;
+  std::vector<double> quantities(const std::string& key, std::string_view unit, std::size_t n = 0,
+                                 Range range = Range::any()) const;
   long integer(const std::string& key, long lower, long upper) const;
   long integer_or(const std::string& key, long fallback, long lower, long upper) const;
   bool boolean_or(const std::string& key, bool fallback) const;
   std::string text(const std::string& key) const;
   std::string text_or(const std::string& key, const std::string& fallback) const;
   std::string choice(const std::string& key, const std::vector<std::string>& allowed) const;
-  std::string choice_or(const std::string& key, const std::string& fallback, const std::vector<std::string>& allowed) const;
+  std::string choice_or(const std::string& key, const std::string& fallback,
+                        const std::vector<std::string>& allowed) const;
   /// Path resolved against the file that names it; error when it does not exist.
   std::filesystem::path existing_file(const std::string& key) const;
-  ConfigNode map(const std::string& key) const;           ///< required map
-  ConfigNode optional_map(const std::string& key) const;  ///< absent node when not there
-  ConfigNode node(const std::string& key) const;          ///< any kind, marked as read; absent when not there
-  std::vector<ConfigNode> list(const std::string& key) const;           ///< required, at least one item
+  ConfigNode map(const std::string& key) const;                ///< required map
+  ConfigNode optional_map(const std::string& key) const;       ///< absent node when not there
+  ConfigNode node(const std::string& key) const;               ///< any kind, marked as read; absent when not there
+  std::vector<ConfigNode> list(const std::string& key) const;  ///< required, at least one item
   std::vector<ConfigNode> optional_list(const std::string& key) const;
-  std::vector<ConfigNode> items() const;            ///< of a list node
-  std::vector<std::string> keys() const;            ///< of a map node, file order
+  std::vector<ConfigNode> items() const;  ///< of a list node
+  std::vector<std::string> keys() const;  ///< of a map node, file order
   /// This node itself as a scalar.
   double as_quantity(std::string_view unit, Range range = Range::any()) const;
   std::string as_text() const;

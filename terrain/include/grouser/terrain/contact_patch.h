@@ -15,8 +15,8 @@ struct WheelPose {
 };
 
 struct PatchOptions {
-  int strips = 3;              ///< 1..15 discs across the width, each the middle of an equal share of it
-  int samples_per_radius = 24; ///< 4..400 ground samples per wheel radius where the ground has features that small
+  int strips = 3;               ///< 1..15 discs across the width, each the middle of an equal share of it
+  int samples_per_radius = 24;  ///< 4..400 ground samples per wheel radius where the ground has features that small
 };
 
 /// Equivalent flat patch of a wheel.
@@ -36,12 +36,12 @@ struct PatchOptions {
 /// A hub below the ground still gives a patch (a up to pi).
 struct ContactPatch {
   bool contact = false;
-  double area = 0;           ///< A [m^2], mean over strips
-  double angle = 0;          ///< a [rad], entry angle theta_f of the equivalent flat patch
-  double sinkage = 0;        ///< h [m]
-  double chord = 0;          ///< 2 r sin a [m]
-  double length_ratio = 1;   ///< |c|/chord: 1 on a plane without camber
-  Vec6 g = Vec6::Zero();     ///< (c, m)/chord [-, m]
+  double area = 0;   ///< A [m^2], mean over strips; a strip less than r/100 deep counts gently (see terrain/README.md)
+  double angle = 0;  ///< a [rad], entry angle theta_f of the equivalent flat patch
+  double sinkage = 0;              ///< h [m]
+  double chord = 0;                ///< 2 r sin a [m]
+  double length_ratio = 1;         ///< |c|/chord: 1 on a plane without camber
+  Vec6 g = Vec6::Zero();           ///< (c, m)/chord [-, m]
   Vec3 normal_W = Vec3::UnitZ();   ///< n = c/|c|
   Vec3 forward_W = Vec3::UnitX();  ///< t = y_C x n, unit
   Vec3 lateral_W = Vec3::UnitY();  ///< l = n x t

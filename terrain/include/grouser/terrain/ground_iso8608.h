@@ -37,9 +37,9 @@ struct Iso8608Settings {
   double highest = 2.83;      ///< [cycles/m] > lowest
   double track_width = 0;     ///< [m] > 0
   Coherence coherence = Coherence::isotropic;
-  double decay = 0;           ///< [-] >= 0, exponential only
-  double period = 1000;       ///< [m] period * highest <= 65536
-  double run_in = 0;          ///< [m] 0..period
+  double decay = 0;      ///< [-] >= 0, exponential only
+  double period = 1000;  ///< [m] period * highest <= 65536
+  double run_in = 0;     ///< [m] 0..period
   std::uint64_t seed = 1;
   GroundFrame frame;
 };

@@ -13,8 +13,8 @@ namespace grouser {
 /// Heights of `lines` parallel lines at equal steps; z[line * n + i] [m] at s = i spacing, t = lateral_first + line
 /// lateral_spacing.
 struct ProfileData {
-  int n = 0;      ///< samples per line, >= 2
-  int lines = 0;  ///< >= 1; one line is constant across
+  int n = 0;                                      ///< samples per line, >= 2
+  int lines = 0;                                  ///< >= 1; one line is constant across
   double spacing = 0;                             ///< [m] > 0
   double lateral_first = 0, lateral_spacing = 0;  ///< [m]; spacing > 0 when lines > 1
   std::vector<double> z;
@@ -25,7 +25,7 @@ struct ProfileData {
 /// Lateral positions: header names that end in "v<number>" (m, e.g. z_mm_v-1.30), or lateral_first and lateral_spacing.
 /// Lines from right to left or left to right.
 struct ProfileFile {
-  double length_unit = 1, height_unit = 1;  ///< [m] of column 1 and of the heights
+  double length_unit = 1, height_unit = 1;               ///< [m] of column 1 and of the heights
   std::optional<double> lateral_first, lateral_spacing;  ///< [m]; override the header names
 };
 /// @throws ConfigError with line and column: ragged rows, a cell that is no finite number, a gap, an uneven or falling
@@ -47,7 +47,7 @@ struct ProfileSettings {
   double offset = 0;  ///< [m] any
   double run_in = 0;  ///< [m] 0..length
   Outside outside = Outside::extend;
-  double seam = 0;    ///< [m] repeat only: spacing <= seam <= length / 2
+  double seam = 0;  ///< [m] repeat only: spacing <= seam <= length / 2
   GroundFrame frame;
 };
 /// @throws GroundError for settings outside these ranges. Cost: about 13 ns a point.

@@ -15,10 +15,10 @@ namespace grouser {
 /// The "frequency" 16.1-64.4 of Table 3.6 is a wavenumber in rad/m: periods 390, 195, 130, 97.5 mm.
 /// Cost: one sine, 20-35 ns a point.
 struct SinusoidSettings {
-  double amplitude = 0;   ///< [m] >= 0
-  double wavenumber = 0;  ///< [rad/m] > 0
-  double phase = 0;       ///< [rad] at s = 0
-  double run_in = 0;      ///< [m] >= 0
+  double amplitude = 0;        ///< [m] >= 0
+  double wavenumber = 0;       ///< [rad/m] > 0
+  double phase = 0;            ///< [rad] at s = 0
+  double run_in = 0;           ///< [m] >= 0
   bool bounded_start = false;  ///< flat before s = 0
   double length =
       std::numeric_limits<double>::infinity();  ///< [m] > 0; flat after s = length; needs run_in <= length / 2

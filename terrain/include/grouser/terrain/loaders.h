@@ -21,6 +21,7 @@ RunningGear load_running_gear_file(const std::filesystem::path& file);  ///< @th
 /// `seed` is the scenario's seed, used by random shapes that do not set their own.
 /// An absent node is level ground at z = 0. A shape {include: file.yaml} takes over the `ground:` of another file.
 GroundPtr load_ground(const ConfigNode& node, std::uint64_t seed);
-GroundPtr load_ground_file(const std::filesystem::path& file, std::uint64_t seed);  ///< `ground:`, `source:`. @throws ConfigError
+GroundPtr load_ground_file(const std::filesystem::path& file,
+                           std::uint64_t seed);  ///< `ground:`, `source:`. @throws ConfigError
 
 }  // namespace grouser

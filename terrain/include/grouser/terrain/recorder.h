@@ -17,19 +17,19 @@ struct ResultsError : std::runtime_error {
 };
 
 struct RunAttributes {
-  std::string kind;       ///< "run" or "rig"
-  std::string scenario;   ///< the whole scenario as YAML text, references resolved
+  std::string kind;      ///< "run" or "rig"
+  std::string scenario;  ///< the whole scenario as YAML text, references resolved
   std::string title;
-  std::string terrain;    ///< model id
-  std::string version;    ///< code version
+  std::string terrain;  ///< model id
+  std::string version;  ///< code version
   std::int64_t seed = 0;
 };
 
 struct ChannelSpec {
-  std::string name;         ///< dataset name, flat: "front_left.drawbar_pull"
-  std::string unit;         ///< text, "1" when dimensionless
+  std::string name;  ///< dataset name, flat: "front_left.drawbar_pull"
+  std::string unit;  ///< text, "1" when dimensionless
   std::string description;
-  std::string frame;        ///< "W", "C", or "" for scalars without one
+  std::string frame;  ///< "W", "C", or "" for scalars without one
   int components = 1;
 };
 
@@ -77,14 +77,14 @@ class RunFile {
   RunFile(RunFile&&) noexcept;
   ~RunFile();
   const RunAttributes& attributes() const;
-  std::vector<ChannelSpec> channels() const;   ///< of frames, without "time"
+  std::vector<ChannelSpec> channels() const;  ///< of frames, without "time"
   std::vector<ChannelSpec> statics() const;
   bool has(const std::string& name) const;
   std::uint64_t frames() const;
   std::vector<double> time() const;
   /// All values of a channel or static dataset, row-major; dims gets the extents.
   std::vector<double> read(const std::string& name, std::vector<std::uint64_t>* dims = nullptr) const;
-  std::string attribute(const std::string& name) const;        ///< "" when absent
+  std::string attribute(const std::string& name) const;  ///< "" when absent
   double number(const std::string& name, double fallback) const;
 
  private:

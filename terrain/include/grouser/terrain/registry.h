@@ -15,14 +15,14 @@ namespace grouser {
 struct TerrainArgs {
   const Soil& soil;
   GroundPtr ground;
-  ConfigNode options;   ///< the model's own options; may be an absent node: every option has a default
+  ConfigNode options;     ///< the model's own options; may be an absent node: every option has a default
   double gravity = 9.81;  ///< [m/s^2]
 };
 
 struct ModelInfo {
-  std::string id;             ///< e.g. "bekker.steady"
-  std::string summary;        ///< one line
-  std::string can, cannot;    ///< one line each, for the README's table and `grouser list models`
+  std::string id;                  ///< e.g. "bekker.steady"
+  std::string summary;             ///< one line
+  std::string can, cannot;         ///< one line each, for the README's table and `grouser list models`
   std::string annotated_defaults;  ///< YAML text with comments: every option with meaning, unit, range, default
   /// Reads options (reporting errors to their diagnostics) and builds the model. May throw ConfigError.
   std::function<std::unique_ptr<Terrain>(const TerrainArgs&)> make;

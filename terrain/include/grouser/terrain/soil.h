@@ -11,10 +11,10 @@ namespace grouser {
 /// b is the reference width: `wheel` (the wheel's own) or a stated length (the plate's short side, 0.05 m by default for k_b). It is data, never code.
 struct PressureSinkage {
   enum class Law { kc_kphi, k_b } law = Law::kc_kphi;
-  double kc = 0, kphi = 0;      ///< kc_kphi
-  double k = 0;                 ///< k_b [Pa]
-  double n = 1;                 ///< [-] 0.05..4
-  double reference_width = 0;   ///< [m]; 0 = the wheel's own width
+  double kc = 0, kphi = 0;     ///< kc_kphi
+  double k = 0;                ///< k_b [Pa]
+  double n = 1;                ///< [-] 0.05..4
+  double reference_width = 0;  ///< [m]; 0 = the wheel's own width
   /// Modulus [Pa/m^n] such that p = modulus * z^n under running gear of width b [m].
   double modulus(double wheel_width) const;
 };
@@ -49,11 +49,11 @@ struct BekkerSoil {
 
 /// Hard ground as a spring-damper with Coulomb friction.
 struct RigidSoil {
-  double stiffness = 2e5;          ///< [N/m] per wheel
-  double damping = 1e3;            ///< [N s/m] per wheel, acts in compression only
-  double friction = 0.8;           ///< [-] Coulomb
-  double rolling_resistance = 0;   ///< [-] torque / (normal force * radius)
-  double tangential_stiffness = 0; ///< [N/m] of the stick spring; 0 = the normal stiffness
+  double stiffness = 2e5;           ///< [N/m] per wheel
+  double damping = 1e3;             ///< [N s/m] per wheel, acts in compression only
+  double friction = 0.8;            ///< [-] Coulomb
+  double rolling_resistance = 0;    ///< [-] torque / (normal force * radius)
+  double tangential_stiffness = 0;  ///< [N/m] of the stick spring; 0 = the normal stiffness
 };
 
 struct Soil {

@@ -59,8 +59,7 @@ class State {
   void field(std::string_view name, std::vector<std::int64_t>& x);
   void field(std::string_view name, std::vector<std::uint8_t>& x);
   template <class T>
-    requires(std::is_integral_v<T> || std::is_enum_v<T>)
-  void field(std::string_view name, T& x) {
+  requires(std::is_integral_v<T> || std::is_enum_v<T>) void field(std::string_view name, T& x) {
     auto i = static_cast<std::int64_t>(x);
     integers(name, &i, 1);
     x = static_cast<T>(i);

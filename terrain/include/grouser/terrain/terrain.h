@@ -31,9 +31,9 @@ struct BodySpec {
 
 /// What a host may know of the hub; lets models with inner steps integrate the wheel themselves.
 struct HubDynamics {
-  double mass = 0;           ///< [kg] effective mass at the hub, > 0
+  double mass = 0;                ///< [kg] effective mass at the hub, > 0
   Mat3 inertia_W = Mat3::Zero();  ///< [kg m^2] effective rotational inertia in W
-  Wrench non_soil;           ///< everything on the body but soil over this step, mean [N, N m]
+  Wrench non_soil;                ///< everything on the body but soil over this step, mean [N, N m]
 };
 
 /// True motion of one body over the step, body frame B, world W.
@@ -53,15 +53,15 @@ struct Linearisation {
 /// What a person wants to know of a contact. Wheel frame C: x forward, y along the spin axis, z up in the wheel plane.
 struct ContactReport {
   bool in_contact = false;
-  double sinkage = 0;         ///< [m] positive down, from the local soil surface to the lowest point of the gear
-  double slip = 0;            ///< [-] (r w - v)/max(|r w|, |v|), positive driving, -1 locked
-  double slip_angle = 0;      ///< beta [rad]
-  double entry_angle = 0;     ///< theta_f [rad]
-  double exit_angle = 0;      ///< theta_r [rad]
-  double normal_force = 0;    ///< [N] along z_C
-  double drawbar_pull = 0;    ///< [N] along x_C, positive forward
-  double side_force = 0;      ///< [N] along y_C
-  double driving_torque = 0;  ///< [N m] that the soil asks of the motor, positive when driving
+  double sinkage = 0;           ///< [m] positive down, from the local soil surface to the lowest point of the gear
+  double slip = 0;              ///< [-] (r w - v)/max(|r w|, |v|), positive driving, -1 locked
+  double slip_angle = 0;        ///< beta [rad]
+  double entry_angle = 0;       ///< theta_f [rad]
+  double exit_angle = 0;        ///< theta_r [rad]
+  double normal_force = 0;      ///< [N] along z_C
+  double drawbar_pull = 0;      ///< [N] along x_C, positive forward
+  double side_force = 0;        ///< [N] along y_C
+  double driving_torque = 0;    ///< [N m] that the soil asks of the motor, positive when driving
   Vec3 point_W = Vec3::Zero();  ///< [m] centre of the contact
   Vec3 force_W = Vec3::Zero();  ///< [N] soil on wheel, mean over the step
   /// Change that each switched-on effect makes, in the order of Terrain::effects(): (drawbar N, side N, normal N, torque N m).
@@ -80,9 +80,9 @@ struct BodyResult {
 struct Effect {
   std::string id;
   std::string description;
-  std::string unit;       ///< of the amplitude, as text; "1" when dimensionless
-  double lower, upper;    ///< physical bounds of the amplitude
-  double amplitude = 0;   ///< in force now
+  std::string unit;      ///< of the amplitude, as text; "1" when dimensionless
+  double lower, upper;   ///< physical bounds of the amplitude
+  double amplitude = 0;  ///< in force now
   std::string citation;
 };
 
@@ -91,9 +91,9 @@ struct FieldInfo {
 };
 
 struct SurfaceSample {
-  double height = 0;      ///< [m] now
+  double height = 0;  ///< [m] now
   Vec3 normal = Vec3::UnitZ();
-  double sinkage = 0;     ///< [m] undisturbed height minus height now
+  double sinkage = 0;  ///< [m] undisturbed height minus height now
 };
 
 /// A patch of ground whose surface changed, for the 3-D view.
@@ -104,7 +104,7 @@ struct Cell {
 /// [J] since the start. Each entry comes from its own formula, none is a remainder:
 ///   work_on_bodies = sum of impulse . V_end;   stored = recoverable energy in the soil now (elastic, stick springs);
 ///   dissipated = integral of the local stress power that is not recoverable;   external = work put in by switched effects that are not soil;
-///   integration = what the end-of-step impulse makes of the elastic work: sum of dt (elastic force . V_end) - change of stored, O(dt).
+///   integration = leading error of the end-of-step rule for elastic work, O(dt): sum of (1/2) k (displacement of the step)^2.
 /// It closes when |work_on_bodies + stored + dissipated + integration - external| is small against the gross work.
 struct EnergyLedger {
   double work_on_bodies = 0, stored = 0, dissipated = 0, external = 0, integration = 0;
@@ -113,11 +113,11 @@ struct EnergyLedger {
 };
 
 struct Capabilities {
-  bool memory = false;           ///< the soil remembers earlier passes
+  bool memory = false;  ///< the soil remembers earlier passes
   bool lateral_force = true;
-  bool integrates_wheel = false; ///< the model integrates the wheel itself: the adapter applies its impulse as it is
-  bool linearises = true;        ///< BodyResult::linearisation is filled while in contact
-  bool continuous = true;        ///< force is a function of motion and state, so preview() serves an ODE solver
+  bool integrates_wheel = false;  ///< the model integrates the wheel itself: the adapter applies its impulse as it is
+  bool linearises = true;         ///< BodyResult::linearisation is filled while in contact
+  bool continuous = true;         ///< force is a function of motion and state, so preview() serves an ODE solver
 };
 
 /// Base of every soil model. Public calls check their arguments and call a protected virtual; a model implements id, capabilities,
@@ -172,7 +172,8 @@ class Terrain {
 
   struct StepContext {
     double t, dt;
-    bool commit;  ///< false in a preview: leave the state and the ledger alone (the default preview restores them anyway)
+    bool
+        commit;  ///< false in a preview: leave the state and the ledger alone (the default preview restores them anyway)
   };
   virtual void do_step(const StepContext& c, std::span<const BodyMotion> motions, std::span<BodyResult> results) = 0;
   virtual void do_traverse(State& s) = 0;

@@ -21,7 +21,10 @@ struct Pose {
   Quat q = Quat::Identity();
   Vec3 operator*(const Vec3& x) const { return p + q * x; }
   Pose operator*(const Pose& b) const { return {p + q * b.p, (q * b.q).normalized()}; }
-  Pose inverse() const { const Quat c = q.conjugate(); return {-(c * p), c}; }
+  Pose inverse() const {
+    const Quat c = q.conjugate();
+    return {-(c * p), c};
+  }
 };
 
 /// Velocity of a body: v of its origin [m/s], w angular [rad/s], both in W.
@@ -36,7 +39,11 @@ struct Twist {
 struct Wrench {
   Vec3 f = Vec3::Zero();
   Vec3 t = Vec3::Zero();
-  Wrench& operator+=(const Wrench& o) { f += o.f; t += o.t; return *this; }
+  Wrench& operator+=(const Wrench& o) {
+    f += o.f;
+    t += o.t;
+    return *this;
+  }
   /// Power on a body that moves with V [W].
   double power(const Twist& V) const { return f.dot(V.v) + t.dot(V.w); }
 };

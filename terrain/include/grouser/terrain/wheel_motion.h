@@ -17,8 +17,8 @@ struct WheelMotion {
 WheelMotion wheel_motion(const BodySpec& body, const BodyMotion& motion, double radius, double width);
 
 /// Impulse, linearisation and the frame-C part of the report from the wrench about the hub. K and D as in Linearisation, about the hub.
-void fill_result(const WheelMotion& wheel, const ContactPatch& patch, const Wrench& about_hub, const Mat6& K, const Mat6& D,
-                 double dt, BodyResult& result);
+void fill_result(const WheelMotion& wheel, const ContactPatch& patch, const Wrench& about_hub, const Mat6& K,
+                 const Mat6& D, double dt, BodyResult& result);
 /// Result of a wheel clear of the soil.
 void clear_result(BodyResult& result);
 

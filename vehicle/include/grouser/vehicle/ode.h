@@ -16,10 +16,11 @@ struct OdeError : std::runtime_error {
 };
 
 struct OdeOptions {
-  double relative = 1e-8;         ///< [-] > 0, relative tolerance of every component
-  std::vector<double> absolute;   ///< unit of each component, > 0; one value serves all; default 1e-10
-  double max_step = std::numeric_limits<double>::infinity();  ///< [s] > 0; keeps the solver from stepping over a short bump
-  long max_steps = 1000000;       ///< internal steps per advance()
+  double relative = 1e-8;        ///< [-] > 0, relative tolerance of every component
+  std::vector<double> absolute;  ///< unit of each component, > 0; one value serves all; default 1e-10
+  double max_step =
+      std::numeric_limits<double>::infinity();  ///< [s] > 0; keeps the solver from stepping over a short bump
+  long max_steps = 1000000;                     ///< internal steps per advance()
 };
 
 /// dy/dt = f(t, y) by variable-order, variable-step backward differentiation (BDF 1..5), Newton with a dense difference-quotient

@@ -19,29 +19,30 @@ struct RigError : std::runtime_error {
 };
 
 struct RigOptions {
-  std::filesystem::path out;               ///< folder; made when absent
-  int threads = 1;                         ///< cases in parallel; results do not depend on it
-  std::optional<std::string> terrain;      ///< other model id than the file's
-  std::string integrator = "fixed";        ///< "fixed" (Bullet) or "cvode"
-  std::vector<double> slips;               ///< other slips than the file's, in the file's definition(s)
-  std::function<void(double done, double total, double wall_s)> progress;  ///< simulated seconds over all cases; any thread, one at a time
+  std::filesystem::path out;           ///< folder; made when absent
+  int threads = 1;                     ///< cases in parallel; results do not depend on it
+  std::optional<std::string> terrain;  ///< other model id than the file's
+  std::string integrator = "fixed";    ///< "fixed" (Bullet) or "cvode"
+  std::vector<double> slips;           ///< other slips than the file's, in the file's definition(s)
+  std::function<void(double done, double total, double wall_s)>
+      progress;  ///< simulated seconds over all cases; any thread, one at a time
 };
 
 /// One case: what was asked and what came out over the averaging window.
 struct RigRow {
   RigCase spec;
-  double slip_symmetric = 0;   ///< [-] mean of (r w - v)/max(|r w|, |v|), r = the wheel's own radius
-  double slip_rim = 0;         ///< [-] (r w - v)/(r w) of the same means; NaN where w = 0
-  double angular_speed = 0;    ///< [rad/s] mean
-  double travel_speed = 0;     ///< [m/s] mean along x
-  Series drawbar_pull;         ///< [N]
-  Series driving_torque;       ///< [N m] that the soil asks
-  Series side_force;           ///< [N]
-  Series normal_force;         ///< [N] that reached the wheel (what the integrator applied)
-  Series sinkage;              ///< [m] from the local surface
-  Series sinkage_profile;      ///< [m] eq 3.7: undisturbed profile(x) - (z - r)
-  bool stationary = false;     ///< all of the six are
-  std::string note;            ///< which are not, and by how much
+  double slip_symmetric = 0;  ///< [-] mean of (r w - v)/max(|r w|, |v|), r = the wheel's own radius
+  double slip_rim = 0;        ///< [-] (r w - v)/(r w) of the same means; NaN where w = 0
+  double angular_speed = 0;   ///< [rad/s] mean
+  double travel_speed = 0;    ///< [m/s] mean along x
+  Series drawbar_pull;        ///< [N]
+  Series driving_torque;      ///< [N m] that the soil asks
+  Series side_force;          ///< [N]
+  Series normal_force;        ///< [N] that reached the wheel (what the integrator applied)
+  Series sinkage;             ///< [m] from the local surface
+  Series sinkage_profile;     ///< [m] eq 3.7: undisturbed profile(x) - (z - r)
+  bool stationary = false;    ///< all of the six are
+  std::string note;           ///< which are not, and by how much
   double simulated_s = 0, wall_s = 0, terrain_s = 0;
   double touch_down_overshoot = 0;  ///< [-] greatest normal force over the load before the ramp, minus one
   std::string end_state_hash;
@@ -51,9 +52,9 @@ struct RigRow {
 struct RigErrorRow {
   std::string group, channel, unit;
   int points = 0;
-  double rmse = 0, bias = 0;     ///< [unit] bias = mean(simulated - measured)
-  double measured_range = 0;     ///< [unit] max - min of the measured values
-  double reading_error = 0;      ///< [unit] mean stated error of the measured values; NaN = not stated
+  double rmse = 0, bias = 0;  ///< [unit] bias = mean(simulated - measured)
+  double measured_range = 0;  ///< [unit] max - min of the measured values
+  double reading_error = 0;   ///< [unit] mean stated error of the measured values; NaN = not stated
 };
 
 struct RigSummary {

@@ -17,7 +17,7 @@ struct RigMeasuredChannel {
 /// Steady values against slip from a CSV file.
 struct RigMeasured {
   std::string file, source;
-  std::vector<double> slip;   ///< [-] as the table states it
+  std::vector<double> slip;  ///< [-] as the table states it
   std::vector<RigMeasuredChannel> channels;
 };
 

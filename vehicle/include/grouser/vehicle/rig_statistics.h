@@ -7,7 +7,7 @@ namespace grouser::vehicle {
 struct Series {
   double mean = 0, sd = 0;  ///< sd with n - 1
   double drift = 0;         ///< [unit] slope of the least-squares line times the window: change over the window
-  double z = 0;             ///< [-] reverse-arrangements statistic of 20 block means, standard normal without a trend; + = falling
+  double z = 0;  ///< [-] reverse-arrangements statistic of 20 block means, standard normal without a trend; + = falling
   bool stationary = true;
 };
 

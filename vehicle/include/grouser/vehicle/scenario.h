@@ -22,15 +22,15 @@ struct ScenarioOverrides {
 struct Scenario {
   std::filesystem::path file;
   std::string title;
-  std::string model;             ///< terrain model id in force
+  std::string model;  ///< terrain model id in force
   VehicleSpec vehicle;
   GroundPtr ground;
   double duration = 0, time_step = 1e-3, gravity = 9.81;  ///< [s], [s], [m/s^2]
   long seed = 1;
-  double output_rate = 200;      ///< [Hz]
-  double checkpoint_every = 1;   ///< [s]
-  double settle = 2;             ///< [s] of standing still before t = 0
-  Pose start;                    ///< vehicle frame: x, y and yaw; z = height of the ground there
+  double output_rate = 200;     ///< [Hz]
+  double checkpoint_every = 1;  ///< [s]
+  double settle = 2;            ///< [s] of standing still before t = 0
+  Pose start;                   ///< vehicle frame: x, y and yaw; z = height of the ground there
   std::vector<Assumption> assumptions;
   ScenarioOverrides overrides;
   const Registry* registry = nullptr;
@@ -44,7 +44,8 @@ struct Scenario {
 };
 
 /// @throws ConfigError with every error of every file.
-Scenario load_scenario(const std::filesystem::path& file, const Registry& registry, const ScenarioOverrides& overrides = {});
+Scenario load_scenario(const std::filesystem::path& file, const Registry& registry,
+                       const ScenarioOverrides& overrides = {});
 
 /// A file that a scenario needs, and its place relative to the common folder of all of them.
 struct InputFile {
@@ -53,8 +54,8 @@ struct InputFile {
 };
 /// The scenario file first, then every existing file that it names, directly or through other YAML files.
 std::vector<InputFile> collect_inputs(const std::filesystem::path& scenario);
-/// Text of all YAML and URDF inputs one after the other with their relative names, the hash of every other one, and the overrides: two
-/// runs with equal text are the same run. Free of absolute paths.
+/// Text of all YAML and URDF inputs one after the other with their relative names, the hash of every other one, and the
+/// overrides: two runs with equal text are the same run. Free of absolute paths.
 std::string resolved_text(const std::vector<InputFile>& inputs, const ScenarioOverrides& overrides);
 
 }  // namespace grouser::vehicle

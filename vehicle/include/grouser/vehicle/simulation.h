@@ -1,12 +1,13 @@
 #pragma once
-// Runs a scenario: trims and settles the vehicle, steps Bullet and the terrain, records run.h5, writes checkpoints, resumes.
+// Runs a scenario: trims and settles the vehicle, steps Bullet and the terrain, records run.h5, writes checkpoints,
+// resumes.
 //
-// Run folder: run.h5, run.xdmf, checkpoint.h5 and inputs/ (copies of every file the scenario is made of; the run reads these, so that a
-// resumed run sees the same input whatever happened to the originals).
+// Run folder: run.h5, run.xdmf, checkpoint.h5 and inputs/ (copies of every file the scenario is made of; the run reads
+// these, so that a resumed run sees the same input whatever happened to the originals).
 //
-// Same bits: at every checkpoint the Bullet world, the terrain and the driver are built anew from the saved state, in the run that
-// saves as in the run that resumes. Bullet's hidden state (solver seeds, caches) thus never matters, and an uninterrupted run, a
-// killed and resumed one and any number of threads end in the same state hash.
+// Same bits: at every checkpoint the Bullet world, the terrain and the driver are built anew from the saved state, in
+// the run that saves as in the run that resumes. Bullet's hidden state (solver seeds, caches) thus never matters, and
+// an uninterrupted run, a killed and resumed one and any number of threads end in the same state hash.
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -17,8 +18,8 @@
 
 namespace grouser::vehicle {
 
-/// Not a number, runaway energy, a lost wheel, or the terrain gave up: names time, body, reason and the last good checkpoint.
-/// What was recorded is kept; the attribute `status` of run.h5 says "stopped: ...".
+/// Not a number, runaway energy, a lost wheel, or the terrain gave up: names time, body, reason and the last good
+/// checkpoint. What was recorded is kept; the attribute `status` of run.h5 says "stopped: ...".
 struct SimulationError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -29,10 +30,10 @@ struct Progress {
 };
 
 struct RunOptions {
-  std::filesystem::path out;           ///< folder, made when it is not there
+  std::filesystem::path out;  ///< folder, made when it is not there
   int threads = 1;
-  std::optional<std::string> terrain;  ///< replaces the scenario's terrain.model
-  std::optional<double> duration;      ///< [s] replaces the scenario's
+  std::optional<std::string> terrain;             ///< replaces the scenario's terrain.model
+  std::optional<double> duration;                 ///< [s] replaces the scenario's
   std::function<void(const Progress&)> progress;  ///< called about ten times per second
 };
 

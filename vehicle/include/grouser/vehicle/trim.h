@@ -20,7 +20,8 @@ struct TrimError : std::runtime_error {
 using Residual = std::function<void(std::span<const double> x, std::span<double> r)>;
 
 struct EquilibriumOptions {
-  std::vector<double> x_scale;  ///< [unit of x] a change that matters, > 0; also the step of the difference Jacobian (1e-4 of it)
+  std::vector<double>
+      x_scale;  ///< [unit of x] a change that matters, > 0; also the step of the difference Jacobian (1e-4 of it)
   std::vector<double> r_scale;  ///< [unit of r] a residual that is large, > 0
   double tolerance = 1e-9;      ///< [-] on max |r_i / r_scale_i|
   int max_iterations = 200;
@@ -31,7 +32,7 @@ struct EquilibriumResult {
   double residual = 0;  ///< [-] max |r_i / r_scale_i| at x
   int iterations = 0;
   bool ok = false;
-  std::string why;      ///< why not, in words; empty when ok
+  std::string why;  ///< why not, in words; empty when ok
 };
 
 /// r(x) = 0 from x0 by Newton with line search (KINSOL, Dennis & Schnabel 1983). Needs a start with a non-singular Jacobian: a wheel
@@ -52,7 +53,7 @@ struct TrimResult {
   double pitch = 0;  ///< [rad] about y, positive nose down
   double roll = 0;   ///< [rad] about x, positive left side up
   bool ok = false;
-  std::string why;   ///< why not, in words; empty when ok
+  std::string why;             ///< why not, in words; empty when ok
   std::vector<Wrench> wheels;  ///< [N, N m] what the terrain gives each wheel about its origin, W
 };
 

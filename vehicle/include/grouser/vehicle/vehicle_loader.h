@@ -20,13 +20,13 @@ struct InputLog {
 
 /// Vehicle from `file` (.yaml, .yml, .urdf); schema in examples/vehicles/README.md.
 ///
-/// URDF says nothing of tyres, motors, steering or a battery: these are read from `extras` (the scenario), keys `wheels`
-/// (link name -> {wheel: file, motor: ...}), `motors`, `steering`, `differential`, `battery`. A YAML vehicle has them itself and
-/// `extras` must not have them.
+/// URDF says nothing of tyres, motors, steering or a battery: these are read from `extras` (the scenario), keys
+/// `wheels` (link name -> {wheel: file, motor: ...}), `motors`, `steering`, `differential`, `battery`. A YAML vehicle
+/// has them itself and `extras` must not have them.
 ///
-/// Errors go to `log`: unknown parent or child, two parents, a loop, no or two roots, mass not positive, an inertia that no body has
-/// (principal moments positive, each at most the sum of the others), missing wheel file, wheel joint that is not revolute, ...
-/// The returned value is only good when log.check() passes.
+/// Errors go to `log`: unknown parent or child, two parents, a loop, no or two roots, mass not positive, an inertia
+/// that no body has (principal moments positive, each at most the sum of the others), missing wheel file, wheel joint
+/// that is not revolute, ... The returned value is only good when log.check() passes.
 VehicleSpec load_vehicle(const std::filesystem::path& file, const ConfigNode& extras, InputLog& log);
 
 }  // namespace grouser::vehicle

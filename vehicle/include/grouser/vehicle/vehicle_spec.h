@@ -1,8 +1,9 @@
 #pragma once
-// A vehicle as data: what a YAML or URDF file says, in SI, checked. The Bullet world is built from it by vehicle_world.h.
+// A vehicle as data: what a YAML or URDF file says, in SI, checked. The Bullet world is built from it by
+// vehicle_world.h.
 //
-// Frames: V = vehicle frame of the design pose (x forward, y left, z up; origin where the file puts it), B = body frame: origin at
-// the centre of mass, axes as given by the file.
+// Frames: V = vehicle frame of the design pose (x forward, y left, z up; origin where the file puts it), B = body
+// frame: origin at the centre of mass, axes as given by the file.
 #include <optional>
 #include <string>
 #include <vector>
@@ -44,8 +45,8 @@ struct JointSpec {
   std::optional<StopSpec> stops;
 };
 
-/// Speed-controlled electric motor. Limit of the driving torque by table |speed| -> torque (linear in between, zero beyond the last);
-/// a torque against the motion is limited by the value at standstill.
+/// Speed-controlled electric motor. Limit of the driving torque by table |speed| -> torque (linear in between, zero
+/// beyond the last); a torque against the motion is limited by the value at standstill.
 ///   torque = clamp(speed_gain (w_target - w) + angle_gain * integral(w_target - w) dt)
 struct MotorSpec {
   std::string name;
@@ -62,8 +63,8 @@ struct WheelSpec {
   std::string name;
   int link = -1, joint = -1;  ///< the wheel's body and its axle
   RunningGear gear;
-  int motor = -1;             ///< index of VehicleSpec::motors; -1 = not driven
-  bool left = true;           ///< side, by the sign of y in the design pose
+  int motor = -1;    ///< index of VehicleSpec::motors; -1 = not driven
+  bool left = true;  ///< side, by the sign of y in the design pose
 };
 
 /// Position-controlled steering joint: torque = clamp(gain (angle_target - angle) - damping * rate, +-max_torque).
@@ -75,7 +76,8 @@ struct SteerSpec {
   double max_torque = 0;  ///< [N m]
 };
 
-/// Differential of a rocker-bogie: keeps q_a + sign q_b = 0 (the chassis pitches by the mean of the rockers) by a stiff torsion spring.
+/// Differential of a rocker-bogie: keeps q_a + sign q_b = 0 (the chassis pitches by the mean of the rockers) by a stiff
+/// torsion spring.
 ///   torque on q_a: -(stiffness e + damping de/dt), on q_b: sign times that;  e = q_a + sign q_b
 struct DifferentialSpec {
   int joint_a = -1, joint_b = -1;
@@ -92,7 +94,7 @@ struct VehicleSpec {
   std::vector<MotorSpec> motors;
   std::vector<SteerSpec> steering;  ///< empty = skid steering
   std::optional<DifferentialSpec> differential;
-  double battery_capacity = 0;      ///< [J]; 0 = not limited
+  double battery_capacity = 0;  ///< [J]; 0 = not limited
   double total_mass() const;
   Vec3 centre_of_mass_V() const;
   double track() const;      ///< [m] distance of the wheels' sides, from the design pose
