@@ -94,6 +94,7 @@ class Steady final : public Terrain {
       s.field("slip", w.slip);
       s.field("elastic", w.elastic);
       s.field("fresh", w.fresh);
+      s.field("normal", w.g);
       s.field("stick", w.stick);
     }
   }

@@ -145,6 +145,9 @@ void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const Stea
   integration_ = elastic.force * (sink - inside) +
                  0.5 * (soil_.n + 0.5) * elastic.force / patch.sinkage * inside * inside +
                  0.5 * capacity_before / K * du.squaredNorm();
+  // The normal turns within the step: the sinkage changes by the mean of its two ends.
+  if (!before.g.isZero()) integration_ += 0.5 * elastic.force * dt * (before.g - patch.g).dot(V6);
+  state_.g = patch.g;
 
   fill_result(m, patch, {wrench.head<3>(), wrench.tail<3>()}, dx, dv, dt, result);
   const Slip slip = grouser::slip_of(slip_radius_ * m.spin, V.x(), V.y());

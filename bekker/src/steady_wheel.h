@@ -35,6 +35,7 @@ class SteadyWheel {
     double slip = 0;                ///< s of the stress distribution
     double elastic = 0, stick = 0;  ///< stored [J]
     bool fresh = true;              ///< no step yet
+    Vec6 g = Vec6::Zero();          ///< generalised normal of the last step, zero without contact
   };
   State& state() { return state_; }
   const State& state() const { return state_; }

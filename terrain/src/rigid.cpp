@@ -76,6 +76,7 @@ class Rigid final : public Terrain {
     double elastic = 0, rolled = 0;                 ///< [J] stored in the springs and in the rolling element
     double spent = 0, integration = 0, placed = 0;  ///< [J] of the last step; placed: held when the wheel was set down
     bool fresh = true;                              ///< no step yet
+    Vec6 g = Vec6::Zero();                          ///< generalised normal of the last step, zero without contact
   };
 
   void do_add_body(const BodySpec& b) override {
@@ -106,6 +107,7 @@ class Rigid final : public Terrain {
       wheel.integration = elastic_before;  // the normal spring was released within the step, past its last impulse
       wheel.spent = rolled_before;
       wheel.u.setZero();
+      wheel.g.setZero();
       wheel.roll = wheel.elastic = wheel.rolled = 0;
       return;
     }
@@ -180,6 +182,9 @@ class Rigid final : public Terrain {
     if (fresh) wheel.placed = 0.5 * s.stiffness * (h - inside) * (h - inside);
     wheel.integration = spring * (sink - inside) + 0.5 * s.stiffness * inside * inside +
                         0.5 * kt * (u - u0).squaredNorm() + 0.5 * per_roll_before * turn * turn;
+    // The normal turns within the step: the sinkage changes by the mean of its two ends.
+    if (!wheel.g.isZero()) wheel.integration += 0.5 * spring * dt * (wheel.g - patch.g).dot(V);
+    wheel.g = patch.g;
 
     const Wrench f{wrench.head<3>(), wrench.tail<3>()};
     fill_result(m, patch, f, K, D, dt, result);
@@ -205,6 +210,7 @@ class Rigid final : public Terrain {
       s.field("elastic", wheels_[i].elastic);
       s.field("rolled", wheels_[i].rolled);
       s.field("fresh", wheels_[i].fresh);
+      s.field("normal", wheels_[i].g);
     }
   }
 

@@ -108,6 +108,10 @@ Scenario load_scenario(const std::filesystem::path& file, const Registry& regist
     } catch (const TerrainError& e) {
       throw ConfigError(terrain.file(), terrain.line(), terrain.column(), e.what());
     }
+    if (!trial->capabilities().lugs && !std::holds_alternative<SmoothCylinder>(w.gear.shape)) {
+      const std::string as = "smooth cylinder of radius " + std::to_string(w.gear.outer_radius()) + " m";
+      s.assumptions.push_back({s.vehicle.file, w.name, as, "model " + s.model + " does not resolve lugs or meshes"});
+    }
   }
   s.start.p.z() = s.ground->height(x, y);
   return s;

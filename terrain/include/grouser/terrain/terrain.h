@@ -118,6 +118,7 @@ struct Capabilities {
   bool integrates_wheel = false;  ///< the model integrates the wheel itself: the adapter applies its impulse as it is
   bool linearises = true;         ///< BodyResult::linearisation is filled while in contact
   bool continuous = true;         ///< force is a function of motion and state, so preview() serves an ODE solver
+  bool lugs = false;              ///< lugs and mesh detail are resolved; else a gear is carried as the cylinder over them
 };
 
 /// Base of every soil model. Public calls check their arguments and call a protected virtual; a model implements id, capabilities,
