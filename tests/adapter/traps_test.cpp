@@ -84,7 +84,8 @@ TEST(HeldTwice, IsSilentForAWheelThatOnlyTouchesSoil) {
 TEST(Heightfield, BulletsOwnShapeShiftsByTheMeanOfItsHeightRange) {
   // Heights of zero between the limits 0 and 1: the shape's surface lies at -0.5, not at 0. Soil that deforms would shift it again, so the
   // surface a user wants comes from Terrain::surface.
-  std::vector<float> heights(25, 0.0f);
+  // Bullet reads PHY_FLOAT data as btScalar: a float array in a double-precision build is read past its end.
+  std::vector<btScalar> heights(25, btScalar(0));
   btHeightfieldTerrainShape shape(5, 5, heights.data(), 1, 0, 1, 2, PHY_FLOAT, false);
   struct Heights final : btTriangleCallback {
     double low = 1e9, high = -1e9;
