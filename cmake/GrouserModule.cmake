@@ -3,9 +3,7 @@ function(grouser_warnings target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
                          $<$<BOOL:${GROUSER_WERROR}>:-Werror>)
   if(GROUSER_SANITIZE)
-    # GCC 12 sees overflows in instrumented library code that are not there; the sanitizer itself finds the real ones.
     target_compile_options(${target} PUBLIC -fsanitize=${GROUSER_SANITIZE} -fno-omit-frame-pointer)
-    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>)
     target_link_options(${target} PUBLIC -fsanitize=${GROUSER_SANITIZE})
   endif()
 endfunction()

@@ -157,7 +157,7 @@ Checkpoint read_checkpoint(const std::filesystem::path& file) {
   std::uint64_t stored = 0;
   for (std::size_t i = 0; i < 8; ++i)
     stored |= static_cast<std::uint64_t>(static_cast<unsigned char>(bytes[bytes.size() - 8 + i])) << (8 * i);
-  bytes.resize(bytes.size() - tail);
+  bytes.erase(bytes.end() - static_cast<std::ptrdiff_t>(tail), bytes.end());
   if (fnv(bytes.data(), bytes.size()) != stored)
     fail(file, "is damaged: its content does not match its stored hash; copy it again or start the run anew");
 
