@@ -2,6 +2,7 @@
 
 #include <fstream>
 
+#include "grouser/terrain/markup.h"
 #include "grouser/terrain/recorder.h"
 #include "page.h"
 #include "section.h"
@@ -12,21 +13,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 namespace {
-
-std::string escaped(const std::string& s) {
-  std::string out;
-  for (char c : s) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else
-      out += c;
-  }
-  return out;
-}
 
 /// JSON inside a script element: "</script>" in a text would end it.
 std::string json_text(const json& j) {
@@ -82,7 +68,7 @@ void write_report(const std::vector<fs::path>& run_folders, const fs::path& html
       << "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'unsafe-inline'; "
          "style-src 'unsafe-inline'; img-src data: blob:\">\n"
       << "<link rel=\"icon\" href=\"data:,\">\n"
-      << "<title>" << escaped(title) << "</title>\n<style>\n"
+      << "<title>" << markup_escaped(title) << "</title>\n<style>\n"
       << report::page_style()
       << "\n</style>\n</head>\n<body>\n<main id=\"page\"><noscript>This report draws its plots with "
       << "JavaScript, which is switched off.</noscript></main>\n<script type=\"application/json\" id=\"header\">"

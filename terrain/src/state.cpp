@@ -133,6 +133,7 @@ std::optional<State::Difference> compare_values(const std::string& name, const s
   if (a.size() != b.size())
     return State::Difference{name, 0, "size " + std::to_string(a.size()), "size " + std::to_string(b.size())};
   for (std::size_t i = 0; i < a.size(); ++i)
+    // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): bits are what must agree, NaN and -0.0 included
     if (std::memcmp(&a[i], &b[i], sizeof(T)) != 0) return State::Difference{name, i, text(a[i]), text(b[i])};
   return std::nullopt;
 }

@@ -2,6 +2,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "grouser/terrain/markup.h"
 #include "grouser/terrain/recorder.h"
 
 namespace grouser {
@@ -10,23 +11,6 @@ namespace {
 
 // At most this many frames: XDMF is text, 20 kB per frame, and a film needs no more. The frames between are in run.h5.
 constexpr std::uint64_t most_frames = 1000;
-
-std::string escape(const std::string& s) {
-  std::string out;
-  for (const char c : s) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '"')
-      out += "&quot;";
-    else
-      out += c;
-  }
-  return out;
-}
 
 /// One body: where it is and what is shown there.
 struct Point {
@@ -69,19 +53,19 @@ class Writer {
       out_ << "<DataItem ItemType=\"HyperSlab\" Dimensions=\"1 " << components
            << "\"><DataItem Dimensions=\"3 2\" Format=\"XML\">" << frame << " 0 1 1 1 " << components
            << "</DataItem><DataItem Dimensions=\"" << frames_ << ' ' << components << "\"";
-    out_ << " NumberType=\"Float\" Precision=\"8\" Format=\"HDF\">" << escape(h5_) << ":/" << escape(dataset)
+    out_ << " NumberType=\"Float\" Precision=\"8\" Format=\"HDF\">" << markup_escaped(h5_) << ":/" << markup_escaped(dataset)
          << "</DataItem></DataItem>";
   }
 
   void point(const Point& p, std::uint64_t frame) {
-    out_ << "<Grid Name=\"" << escape(p.name)
+    out_ << "<Grid Name=\"" << markup_escaped(p.name)
          << "\" GridType=\"Uniform\"><Topology TopologyType=\"Polyvertex\" NumberOfElements=\"1\" "
          << "NodesPerElement=\"1\"/><Geometry GeometryType=\"XYZ\">";
     row(p.position, 3, frame);
     out_ << "</Geometry>\n";
     for (const ChannelSpec& c : p.values) {
       const std::string what = c.name.substr(p.name.size() + 1) + " [" + c.unit + "]";
-      out_ << "<Attribute Name=\"" << escape(what) << "\" AttributeType=\"" << (c.components == 1 ? "Scalar" : "Vector")
+      out_ << "<Attribute Name=\"" << markup_escaped(what) << "\" AttributeType=\"" << (c.components == 1 ? "Scalar" : "Vector")
            << "\" Center=\"Node\">";
       row(c.name, c.components, frame);
       out_ << "</Attribute>\n";
@@ -91,7 +75,7 @@ class Writer {
 
   void whole(const std::string& dataset, const std::string& dims) {
     out_ << "<DataItem Dimensions=\"" << dims << "\" NumberType=\"Float\" Precision=\"8\" Format=\"HDF\">"
-         << escape(h5_) << ":/" << dataset << "</DataItem>";
+         << markup_escaped(h5_) << ":/" << dataset << "</DataItem>";
   }
 
   void ground(std::uint64_t nx, std::uint64_t ny) {
@@ -127,7 +111,7 @@ void write_xdmf(const std::filesystem::path& run_file, const std::filesystem::pa
   Writer w(out, h5.string(), run.frames());
   const std::uint64_t stride = std::max<std::uint64_t>(1, (time.size() + most_frames - 1) / most_frames);
   out << "<?xml version=\"1.0\" ?>\n<!DOCTYPE Xdmf SYSTEM \"Xdmf.dtd\" []>\n<Xdmf Version=\"2.0\"><Domain>\n"
-      << "<Information Name=\"title\" Value=\"" << escape(run.attributes().title) << "\"/>\n"
+      << "<Information Name=\"title\" Value=\"" << markup_escaped(run.attributes().title) << "\"/>\n"
       << "<Information Name=\"frame stride\" Value=\"" << stride << "\"/>\n"
       << "<Grid Name=\"run\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
   std::vector<std::uint64_t> ground;
