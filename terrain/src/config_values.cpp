@@ -126,7 +126,14 @@ std::optional<double> convert(const Parts& p, const std::string& written, const 
     return std::nullopt;
   }
   if (!w.range.contains(si)) {
-    fail = "'" + written + "' is out of range; allowed is " + range_text(w.range, given.scale, p.unit);
+    // Bounds in the unit that was written, unless that makes them unreadable.
+    const auto readable = [&](double bound) {
+      const double x = std::abs(bound / given.scale);
+      return !std::isfinite(bound) || x == 0 || (x >= 1e-3 && x < 1e6);
+    };
+    const bool same = readable(w.range.lower) && readable(w.range.upper);
+    fail = "'" + written + "' is out of range; allowed is " +
+           (same ? range_text(w.range, given.scale, p.unit) : range_text(w.range, w.scale.scale, w.unit));
     return std::nullopt;
   }
   return si;

@@ -88,7 +88,7 @@ TEST(WrongFilesAtOnce, AllMistakesOfAFileAreNamedInOneGo) {
   for (const char* part :
        {"many.yaml:8:3: unknown key 'clas' in ground; did you mean 'class'?",
         "many.yaml:9:35: driver.speed: '0.5' has no unit", "many.yaml:10:11: duration: '2 kg' is a mass",
-        "many.yaml:11:12: time_step: '1 h' is out of range",
+        "many.yaml:11:12: time_step: '1 h' is out of range; allowed is more than 0 s and at most 0.02 s",
         "many.yaml:12:1: unknown key 'sede'; did you mean 'seed'?"})
     EXPECT_NE(r.err.find(part), std::string::npos) << part << "\nin\n" << r.err;
 }
@@ -97,6 +97,7 @@ TEST(WrongUrdf, MalformedXmlIsNamedWithItsLine) {
   const CommandResult r = grouser_command("check urdf_scenario.yaml", source / "tests/cli/wrong");
   EXPECT_EQ(r.code, 2);
   EXPECT_EQ(r.err.find("broken.urdf:4:1: not well-formed XML"), 0u) << r.err;
+  EXPECT_EQ(r.err.find("unknown key"), std::string::npos) << "the scenario is right:\n" << r.err;
 }
 
 }  // namespace

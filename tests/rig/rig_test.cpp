@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <sstream>
@@ -115,6 +116,34 @@ TEST(Rig, FixedStepFollowsTheIntegratedReference) {
       EXPECT_LT(rms, allowed) << channel_name;
     }
   }
+}
+
+// Two measured slips, one on a case and one half-way between two, one outside: the table's figures worked out by hand from the rows.
+TEST(Rig, ErrorsAreThoseBetweenTheRowsAndTheMeasuredTable) {
+  const Case c(
+      "angular_speed: 17 deg/s\nslips: [0.1, 0.3]\nslip_definition: rim\ndistance: 0.1 m\nmeasured: {file: measured.csv, "
+      "source: made up, slip: slip, drawbar_pull: {column: pull_N, unit: N, error: pull_error_N}, "
+      "sinkage: {column: depth_mm, unit: mm}}\n");
+  std::ofstream(c.folder / "measured.csv") << "slip,pull_N,pull_error_N,depth_mm\n0.1,30,1,8\n0.2,50,2,11\n0.6,90,3,15\n";
+  const auto s = c.run();
+  ASSERT_EQ(s.rows.size(), 2u);
+  ASSERT_EQ(s.errors.size(), 2u);
+  const auto expect = [&](const RigErrorRow& e, double a, double b, double ma, double mb) {
+    const double d0 = a - ma, d1 = (a + b) / 2 - mb;
+    EXPECT_EQ(e.points, 2) << "slip 0.6 lies outside the sweep";
+    EXPECT_NEAR(e.rmse, std::sqrt((d0 * d0 + d1 * d1) / 2), 1e-9);
+    EXPECT_NEAR(e.bias, (d0 + d1) / 2, 1e-9);
+    EXPECT_NEAR(e.measured_range, mb - ma, 1e-12);
+  };
+  const RigRow &first = s.rows[0], &second = s.rows[1];
+  expect(s.errors[0], first.drawbar_pull.mean, second.drawbar_pull.mean, 30, 50);
+  EXPECT_NEAR(s.errors[0].reading_error, 1.5, 1e-12);
+  expect(s.errors[1], 1e3 * first.sinkage.mean, 1e3 * second.sinkage.mean, 8, 11);
+  EXPECT_EQ(s.errors[1].unit, "mm");
+  EXPECT_TRUE(std::isnan(s.errors[1].reading_error));
+  const std::string written = content(c.folder / "out" / "errors.csv");
+  EXPECT_EQ(written.rfind("group,channel,unit,points,rmse,bias,measured_range,rmse_over_range,reading_error\n", 0), 0u);
+  EXPECT_EQ(std::count(written.begin(), written.end(), '\n'), 3);
 }
 
 TEST(Rig, TrimmedStartDoesNotMove) {

@@ -315,7 +315,7 @@ RunSummary run_scenario(const fs::path& yaml, const Registry& registry, const Ru
     c.scenario = text;
     c.version = GROUSER_VERSION;
     c.state = names;
-    write_checkpoint(o.out / "inputs" / "run.h5", c);
+    write_checkpoint(o.out / "inputs" / "origin.h5", c);
   }
   return Run(load_scenario(copy, registry, overrides), text, o.out, o.threads, o.progress).fresh();
 }
@@ -325,7 +325,7 @@ RunSummary resume_run(const fs::path& folder, const Registry& registry, int thre
   if (!fs::is_directory(folder / "inputs"))
     throw ResultsError(folder.string() +
                        ": not a run folder (it has no inputs/); give the folder that `grouser run` has written");
-  Checkpoint origin = read_checkpoint(folder / "inputs" / "run.h5");
+  Checkpoint origin = read_checkpoint(folder / "inputs" / "origin.h5");
   std::string relative, terrain;
   double duration = -1;
   origin.state.rewind(State::Mode::load);

@@ -1,6 +1,7 @@
 #include "grouser/vehicle/vehicle_loader.h"
 
 #include <algorithm>
+#include <array>
 #include <tuple>
 
 #include "vehicle_reader.h"
@@ -30,10 +31,12 @@ VehicleSpec load_vehicle(const std::filesystem::path& file, const ConfigNode& ex
   ReadVehicle v;
   v.spec.file = file.string();
   const std::size_t errors_before = log.errors.size();
+  constexpr std::array keys{"wheels", "motors", "steering", "differential", "battery"};
   if (file.extension() == ".urdf") {
+    for (const char* key : keys) extras.node(key);  // known here, also when the URDF itself cannot be read
     read_urdf_vehicle(file, extras, v, log);
   } else {
-    for (const char* key : {"wheels", "motors", "steering", "differential", "battery"})
+    for (const char* key : keys)
       if (extras.has(key)) {
         extras.node(key);
         extras.error_at(
