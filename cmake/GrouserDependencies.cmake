@@ -8,6 +8,9 @@ find_package(HDF5 REQUIRED COMPONENTS C)
 # The same library as a target, which an installed static library can name (FindHDF5 gives paths and needs the C language).
 pkg_search_module(grouser_hdf5 REQUIRED IMPORTED_TARGET hdf5-serial hdf5)
 find_package(Boost 1.74 REQUIRED)
+if(GROUSER_DIAGNOSIS AND GROUSER_BEKKER)
+  find_package(Ceres REQUIRED)
+endif()
 if(GROUSER_VEHICLE)
   # CMake's FindBullet finds single precision; vehicles use float64, which only pkg-config knows.
   pkg_check_modules(bullet64 REQUIRED IMPORTED_TARGET bullet-float64)

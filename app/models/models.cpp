@@ -4,6 +4,7 @@
 #include "grouser/terrain/rigid.h"
 #include "grouser/terrain/terrain_loader.h"
 #ifdef GROUSER_BEKKER
+#include "grouser/bekker/soil_node.h"
 #include "grouser/bekker/steady.h"
 #endif
 
@@ -15,6 +16,7 @@ const Registry& all_models() {
     r.add(rigid_model());
 #ifdef GROUSER_BEKKER
     r.add(bekker::steady_model());
+    r.add(bekker::soil_node_model());
 #endif
     return r;
   }();

@@ -4,55 +4,29 @@
 #include <cmath>
 #include <fstream>
 
+#include "grouser/terrain/csv.h"
 #include "grouser/terrain/recorder.h"
 
 namespace grouser::report {
 
-namespace {
-std::string trimmed(const std::string& s) {
-  const auto a = s.find_first_not_of(" \t\r"), b = s.find_last_not_of(" \t\r");
-  return a == std::string::npos ? "" : s.substr(a, b - a + 1);
-}
-
-/// Commas split; a cell in double quotes may hold commas and doubled quotes.
-std::vector<std::string> cells(const std::string& line) {
-  std::vector<std::string> out(1);
-  bool quoted = false;
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    const char c = line[i];
-    if (c == '"' && quoted && i + 1 < line.size() && line[i + 1] == '"')
-      out.back() += line[++i];
-    else if (c == '"')
-      quoted = !quoted;
-    else if (c == ',' && !quoted)
-      out.emplace_back();
-    else
-      out.back() += c;
-  }
-  for (std::string& s : out) s = trimmed(s);
-  return out;
-}
-}  // namespace
-
 Table read_table(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  if (!in) throw ResultsError(file.string() + ": cannot be opened");
+  if (!std::ifstream(file)) throw ResultsError(file.string() + ": cannot be opened");
+  const CsvFile csv = CsvFile::read(file);
   Table t;
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    const std::string text = trimmed(line);
-    if (text.empty()) continue;
-    if (text[0] == '#') {
-      t.notes.push_back(trimmed(text.substr(1)));
-    } else if (t.columns.empty()) {
-      t.columns = cells(text);
-    } else {
-      auto row = cells(text);
-      if (row.size() != t.columns.size())
-        throw ResultsError(file.string() + ":" + std::to_string(number) + ": " + std::to_string(row.size()) +
-                           " cells where the header has " + std::to_string(t.columns.size()));
-      t.rows.push_back(std::move(row));
+  t.notes = csv.notes();
+  std::vector<CsvCell> cells;
+  for (const auto& [line, text] : csv.rows()) {
+    CsvFile::split(text, cells);
+    std::vector<std::string> row;
+    for (CsvCell& c : cells) row.push_back(std::move(c.text));
+    if (t.columns.empty()) {
+      t.columns = std::move(row);
+      continue;
     }
+    if (row.size() != t.columns.size())
+      throw ResultsError(file.string() + ":" + std::to_string(line) + ": " + std::to_string(row.size()) +
+                         " cells where the header has " + std::to_string(t.columns.size()));
+    t.rows.push_back(std::move(row));
   }
   if (t.columns.empty()) throw ResultsError(file.string() + ": no header line");
   return t;

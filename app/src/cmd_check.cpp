@@ -4,6 +4,13 @@
 #include <cstdio>
 
 #include "commands.h"
+#include "figure_file.h"
+#ifdef GROUSER_BEKKER
+#include "grouser/bekker/table.h"
+#endif
+#ifdef GROUSER_DIAGNOSIS
+#include "grouser/diagnosis/fit_file.h"
+#endif
 #include "grouser/models.h"
 #include "grouser/terrain/checkpoint.h"
 #include "grouser/terrain/loaders.h"
@@ -30,10 +37,17 @@ std::string check_yaml(const fs::path& file) {
   const ConfigNode root = doc.root();
   if (root.has("scenario")) return vehicle::check_scenario(file, all_models()), "scenario";
   if (root.has("rig")) return vehicle::check_rig(file, all_models()), "rig";
+#ifdef GROUSER_DIAGNOSIS
+  if (root.has("fit")) return diagnosis::run_fit(file), "fit";
+#endif
   if (root.has("vehicle")) return check_vehicle(file), "vehicle";
+#ifdef GROUSER_BEKKER
+  if (root.has("table")) return bekker::load_table_spec(file), "table";
+#endif
   if (root.has("wheel")) return load_running_gear_file(file), "wheel";
   if (root.has("terrain")) return load_terrain(file), "terrain";
   if (root.has("soil")) return load_soil_file(file), "soil";
+  if (root.has("items")) return report::read_figures(file), "figures";
   if (root.has("shape") || root.is_list() || root.has("ground")) {
     load_ground(root.has("ground") ? root.node("ground") : root, 0);
     doc.check();
@@ -42,7 +56,7 @@ std::string check_yaml(const fs::path& file) {
   throw ConfigError(
       file.string(), root.line(), root.column(),
       "cannot tell what this file is; it should begin with one of the keys scenario, rig, vehicle, wheel, "
-      "soil, terrain, ground");
+      "soil, terrain, ground, table, items, fit");
 }
 
 std::string check_hdf5(const fs::path& file) {
@@ -51,6 +65,7 @@ std::string check_hdf5(const fs::path& file) {
     return fmt::format("checkpoint at {:.3f} s, state {}", c.time, c.state.hash_text());
   }
   const RunFile r(file);
+  if (r.attributes().kind == "table") return fmt::format("lookup table '{}'", r.attributes().title);
   return fmt::format("{} '{}' on {}, {} frames, {}", r.attributes().kind, r.attributes().title, r.attributes().terrain,
                      r.frames(), r.attribute("status"));
 }

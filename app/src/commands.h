@@ -5,6 +5,10 @@
 #include <string>
 #include <vector>
 
+namespace CLI {
+class App;
+}
+
 namespace grouser::app {
 
 struct RunArguments {
@@ -31,6 +35,11 @@ int check(const std::vector<std::filesystem::path>& files);
 int list(const std::string& what, const std::string& id, bool yaml);
 int report(const std::vector<std::filesystem::path>& folders, std::filesystem::path out);
 int doctor();
+
+/// Commands that define their own options; `code` becomes the exit code.
+void add_plot_command(CLI::App& cli, int& code);
+void add_fit_command(CLI::App& cli, int& code);     ///< with GROUSER_DIAGNOSIS only
+void add_bekker_command(CLI::App& cli, int& code);  ///< with GROUSER_BEKKER only
 
 /// Folder with soils/, wheels/, vehicles/, grounds/: $GROUSER_LIBRARY, else the installed one, else the source tree's examples/.
 std::filesystem::path library_folder();

@@ -92,6 +92,14 @@ int parse_and_run(int argc, char** argv) {
       cli.add_subcommand("doctor", "check this build and machine: libraries, files, every terrain model");
   doctor_cmd->callback([&] { code = doctor(); });
 
+  add_plot_command(cli, code);
+#ifdef GROUSER_DIAGNOSIS
+  add_fit_command(cli, code);
+#endif
+#ifdef GROUSER_BEKKER
+  add_bekker_command(cli, code);
+#endif
+
   std::vector<std::string> commands;
   for (const CLI::App* c : cli.get_subcommands({})) commands.push_back(c->get_name());
   if (argc > 1 && argv[1][0] != '-' && std::find(commands.begin(), commands.end(), argv[1]) == commands.end()) {

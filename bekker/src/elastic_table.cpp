@@ -11,10 +11,11 @@ namespace {
 constexpr int kCells = 256;
 }
 
-ElasticTable::ElasticTable(const WheelSize& wheel, const SoilLaw& soil, int points) : radius_(wheel.radius) {
+ElasticTable::ElasticTable(const WheelSize& wheel, const SoilLaw& soil, Method method, int points)
+    : radius_(wheel.outer_radius()) {
   // s = sqrt(h/(2r)) = sin(theta_f/2); dE/ds = Fz 4 r s.
   const auto slope = [&](double s) {
-    return 4 * wheel.radius * s * steady_forces(wheel, soil, 2 * std::asin(s), ShearState{}, {points, 0}).Fz;
+    return 4 * radius_ * s * steady_force(wheel, soil, 2 * std::asin(s), {}, 0, method, {points, 0}, 1).Fz;
   };
   const GaussRule& rule = gauss_rule(4);
   energy_.assign(kCells + 1, 0);

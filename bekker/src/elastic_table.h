@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-#include "grouser/bekker/wheel_forces.h"
+#include "steady_force.h"
 
 namespace grouser::bekker {
 
@@ -10,7 +10,7 @@ namespace grouser::bekker {
 class ElasticTable {
  public:
   ElasticTable() = default;
-  ElasticTable(const WheelSize& wheel, const SoilLaw& soil, int points);
+  ElasticTable(const WheelSize& wheel, const SoilLaw& soil, Method method, int points);
   struct Value {
     double energy, force;  ///< [J], [N] = dE/dh of the interpolant
   };

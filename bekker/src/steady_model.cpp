@@ -8,10 +8,12 @@ namespace grouser::bekker {
 namespace {
 
 constexpr const char* kDefaults = R"(# model bekker.steady: steady Bekker-Wong wheel. Every key is optional.
+method: nonlinear        # nonlinear: quadrature; quadratic, linear: closed forms (eqs 2.17 to 2.20; 2 to 4 and 20 % in Fz)
+lateral: isotropic       # isotropic: shear against the sliding (eq 2.10); anisotropic: each direction by its own travel
 theta_m_law: linear      # linear: theta_m = (a0 + a1 |s|) theta_f; wong_braking: eq 2.13 when braking
 reference_width: soil    # [m] > 0 width in the pressure law; soil: what the soil file says; wheel: the wheel's own
 relaxation_length: 1     # [1] 0.01..100 rolling distance, in contact lengths, in which the shear displacement renews
-points: 10               # [1] 4..96 Gauss-Legendre points per smooth piece of the arc
+points: 10               # [1] 4..96 Gauss-Legendre points per smooth piece of the arc (method nonlinear)
 tolerance: 0             # [1] 0..0.1 relative; above 0 the points are doubled until the force changes by less
 strips: 3                # [1] 1..15 discs across the width
 samples_per_radius: 24   # [1] 4..400 ground samples per wheel radius
@@ -22,6 +24,10 @@ SteadyOptions read(const ConfigNode& o) {
   if (!o.present()) return s;
   if (o.choice_or("theta_m_law", "linear", {"linear", "wong_braking"}) == "wong_braking")
     s.theta_m_law = ThetaMLaw::wong_braking;
+  const std::string method = o.choice_or("method", "nonlinear", {"nonlinear", "quadratic", "linear"});
+  s.method = method == "nonlinear" ? Method::nonlinear : method == "quadratic" ? Method::quadratic : Method::linear;
+  if (o.choice_or("lateral", "isotropic", {"isotropic", "anisotropic"}) == "anisotropic")
+    s.lateral = Lateral::anisotropic;
   const ConfigNode width = o.node("reference_width");
   if (width.present()) {
     const std::string word = width.is_scalar() ? width.as_text() : "";
@@ -47,20 +53,29 @@ class Steady final : public Terrain {
                     "s/m", 0, 10, 0, "Hunt & Crossley 1975"});
   }
   std::string id() const override { return "bekker.steady"; }
-  Capabilities capabilities() const override { return {}; }
+  Capabilities capabilities() const override {
+    Capabilities c;
+    c.lugs = true;  // their mean pressure; single lugs and the soil between them are not
+    return c;
+  }
 
  private:
   void do_add_body(const BodySpec& b) override {
     if (std::holds_alternative<TriangleMesh>(b.gear.shape))
       throw TerrainError("bekker.steady cannot carry body '" + b.name + "': its running gear '" + b.gear.name +
                          "' is a triangle mesh, and the law needs a cylinder (shape: smooth or lugged)");
-    wheels_.emplace_back(soil_, WheelSize{b.gear.outer_radius(), b.gear.width()}, b.gear.radius(), options_);
+    WheelSize size{b.gear.radius(), b.gear.width()};
+    if (const auto* lugged = std::get_if<LuggedCylinder>(&b.gear.shape)) {
+      size.lug_height = lugged->lug_height;
+      size.lug_ratio = lugged->lug_ratio;
+    }
+    wheels_.emplace_back(soil_, size, b.gear.radius(), options_);
   }
 
   void do_step(const StepContext& c, std::span<const BodyMotion> motions, std::span<BodyResult> results) override {
     parallel_for(static_cast<int>(motions.size()), [&](int i) {
       SteadyWheel& wheel = wheels_[i];
-      const WheelMotion m = wheel_motion(bodies()[i], motions[i], wheel.size().radius, wheel.size().width);
+      const WheelMotion m = wheel_motion(bodies()[i], motions[i], wheel.size().outer_radius(), wheel.size().width);
       wheel.advance(m, ground(), effects_, c.dt, results[i]);
     });
     double stored = 0;
@@ -110,10 +125,12 @@ class Steady final : public Terrain {
 ModelInfo steady_model() {
   return {
       "bekker.steady",
-      "steady Bekker-Wong wheel by quadrature, with stick at rest",
-      "sinkage, drawbar pull, torque and side force of smooth wheels on any ground shape; parks on slopes; reverses",
-      "no soil memory (ruts, multi-pass), no lugs yet (carried as the cylinder over the lugs), no bulldozing; "
-      "cylinders only",
+      "steady Bekker-Wong wheel by quadrature or closed form, with stick at rest",
+      "sinkage, drawbar pull, torque and side force of smooth and lugged wheels on any ground shape; parks on slopes; "
+      "reverses",
+      "no soil memory (ruts, multi-pass); lugs as mean pressure of tips and tread, not one by one; no bulldozing; "
+      "cylinders "
+      "only",
       kDefaults,
       [](const TerrainArgs& a) -> std::unique_ptr<Terrain> {
         const SteadyOptions options = read(a.options);

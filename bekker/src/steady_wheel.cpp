@@ -13,7 +13,9 @@ constexpr double kFull =
 
 SoilLaw resolve(BekkerSoil soil, const WheelSize& size, const SteadyOptions& o) {
   if (o.reference_width >= 0) soil.pressure.reference_width = o.reference_width;
-  return SoilLaw::of(soil, size.width, o.theta_m_law);
+  SoilLaw law = SoilLaw::of(soil, size.width, o.theta_m_law);
+  law.lateral = o.lateral;
+  return law;
 }
 
 }  // namespace
@@ -24,14 +26,16 @@ SteadyWheel::SteadyWheel(const BekkerSoil& soil, WheelSize size, double slip_rad
       soil_(resolve(soil, size, options)),
       options_(options),
       finder_(options.patch),
-      table_(size, soil_, options.quadrature.points) {}
+      table_(size, soil_, options.method, options.quadrature.points) {}
 
-SteadyWheel::Blend SteadyWheel::blend(double theta_f, ShearState e, double pressure_factor) const {
+SteadyWheel::Blend SteadyWheel::blend(const ContactPatch& patch, ShearState e, double pressure_factor,
+                                      ArcSum* sum) const {
   Blend b;
   b.by_e.setZero();
   const auto add = [&](double share, double sign) {
-    const WheelForces f = steady_forces(size_, soil_, theta_f, {sign * e.t, e.l}, sign * state_.slip,
-                                        options_.quadrature, pressure_factor);
+    WheelForces f = steady_force(size_, soil_, patch.angle, {sign * e.t, e.l}, sign * state_.slip, options_.method,
+                                 options_.quadrature, pressure_factor);
+    if (sum) sum->replace(patch, {sign * e.t, e.l}, sign * state_.slip, sign, pressure_factor, f);
     // Mirror x -> -x: Fx, My, Mz and the derivative's own e_t change sign.
     const std::array<double, 6> w{f.Fx, f.Fy, f.Fz, f.Mx, f.My, f.Mz};
     static constexpr std::array<bool, 6> odd{true, false, false, false, true, true};
@@ -53,7 +57,7 @@ SteadyWheel::Blend SteadyWheel::blend(double theta_f, ShearState e, double press
 }
 
 void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const SteadyEffects& effects, double dt,
-                          BodyResult& result) {
+                          BodyResult& result, ArcSum* sum) {
   const ContactPatch patch = finder_.find(m.pose, ground);
   const State before = state_;
   spent_ = integration_ = placed_ = 0;
@@ -66,7 +70,7 @@ void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const Stea
     state_.fresh = false;
     return;
   }
-  const double r = size_.radius;
+  const double r = size_.outer_radius();
   Mat3 P;  // patch axes
   P << patch.forward_W, patch.lateral_W, patch.normal_W;
   const Vec3 V = P.transpose() * m.V.at(patch.arm_W), w = P.transpose() * m.V.w;
@@ -93,7 +97,7 @@ void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const Stea
   const double sink_rate = -patch.g.dot(V6);
   const double chi = effects.vertical_damping, factor = std::max(0.0, 1 + chi * sink_rate);
   const double lambda = patch.length_ratio;
-  const Blend b = blend(patch.angle, e, factor);
+  const Blend b = blend(patch, e, factor, sum);
   const auto to_world = [&](const Vec6& F) {
     const Vec3 f = P * F.head<3>();
     Vec6 W;
@@ -156,7 +160,7 @@ void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const Stea
   result.report.exit_angle = b.theta_r;
   result.report.effect_share.clear();
   if (effects.any()) {
-    const Vec6 without = lambda * to_world(blend(patch.angle, e, 1).W);
+    const Vec6 without = lambda * to_world(blend(patch, e, 1, sum).W);
     const Vec6 change = wrench - without;
     const auto& C = m.carrier;
     result.report.effect_share.emplace_back(change.head<3>().dot(C.col(0)), change.head<3>().dot(C.col(1)),

@@ -11,7 +11,9 @@ struct SteadyOptions {
   PatchOptions patch;
   ThetaMLaw theta_m_law = ThetaMLaw::linear;
   double relaxation_length = 1;  ///< sigma / contact length [-]
-  Quadrature quadrature;
+  Method method = Method::nonlinear;
+  Lateral lateral = Lateral::isotropic;
+  Quadrature quadrature;        ///< of the nonlinear method
   double reference_width = -1;  ///< [m]; -1 the soil's, 0 the wheel's own
 };
 
@@ -21,13 +23,23 @@ struct SteadyEffects {
   bool any() const { return vertical_damping != 0; }
 };
 
+/// Another sum over the arc than the quadrature: soil nodes. Called with what the quadrature found in f (range, derivatives).
+class ArcSum {
+ public:
+  virtual ~ArcSum() = default;
+  /// Forces at entry angle patch.angle for shear state e and slip of the stress distribution, divided by patch.length_ratio. sign -1: all
+  /// of it in the frame mirrored at the hub, x -> -x.
+  virtual void replace(const ContactPatch& patch, ShearState e, double slip, double sign, double pressure_factor,
+                       WheelForces& f) = 0;
+};
+
 class SteadyWheel {
  public:
   SteadyWheel(const BekkerSoil& soil, WheelSize size, double slip_radius, const SteadyOptions& options);
 
   /// Advance the states by dt and answer. The energies of the step are left in spent(), integration() and placed().
   void advance(const WheelMotion& motion, const Ground& ground, const SteadyEffects& effects, double dt,
-               BodyResult& result);
+               BodyResult& result, ArcSum* sum = nullptr);
 
   struct State {
     Stick shear;
@@ -50,7 +62,7 @@ class SteadyWheel {
     Eigen::Matrix<double, 6, 2, Eigen::DontAlign> by_e;  ///< dW/d(e_t, e_l)
     double pressure_x = 0, pressure_z = 0, capacity = 0, theta_r = 0;
   };
-  Blend blend(double theta_f, ShearState e, double pressure_factor) const;
+  Blend blend(const ContactPatch& patch, ShearState e, double pressure_factor, ArcSum* sum) const;
 
   WheelSize size_;
   double slip_radius_;

@@ -99,7 +99,7 @@ EsriHeader esri_header(const std::vector<Token>& tokens, FileErrors& errors) {
 }  // namespace
 
 HeightGrid read_height_esri(const std::filesystem::path& file, double height_unit) {
-  const std::string text = read_text(file);
+  const std::string text = read_text_file(file);
   FileErrors errors(file);
   const std::vector<Token> tokens = tokens_of(text);
   EsriHeader h = esri_header(tokens, errors);

@@ -53,8 +53,8 @@ class Writer {
       out_ << "<DataItem ItemType=\"HyperSlab\" Dimensions=\"1 " << components
            << "\"><DataItem Dimensions=\"3 2\" Format=\"XML\">" << frame << " 0 1 1 1 " << components
            << "</DataItem><DataItem Dimensions=\"" << frames_ << ' ' << components << "\"";
-    out_ << " NumberType=\"Float\" Precision=\"8\" Format=\"HDF\">" << markup_escaped(h5_) << ":/" << markup_escaped(dataset)
-         << "</DataItem></DataItem>";
+    out_ << " NumberType=\"Float\" Precision=\"8\" Format=\"HDF\">" << markup_escaped(h5_) << ":/"
+         << markup_escaped(dataset) << "</DataItem></DataItem>";
   }
 
   void point(const Point& p, std::uint64_t frame) {
@@ -65,8 +65,8 @@ class Writer {
     out_ << "</Geometry>\n";
     for (const ChannelSpec& c : p.values) {
       const std::string what = c.name.substr(p.name.size() + 1) + " [" + c.unit + "]";
-      out_ << "<Attribute Name=\"" << markup_escaped(what) << "\" AttributeType=\"" << (c.components == 1 ? "Scalar" : "Vector")
-           << "\" Center=\"Node\">";
+      out_ << "<Attribute Name=\"" << markup_escaped(what) << "\" AttributeType=\""
+           << (c.components == 1 ? "Scalar" : "Vector") << "\" Center=\"Node\">";
       row(c.name, c.components, frame);
       out_ << "</Attribute>\n";
     }

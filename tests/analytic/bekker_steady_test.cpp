@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "grouser/bekker/forces.h"
 #include "grouser/bekker/steady.h"
 #include "grouser/bekker/wheel_forces.h"
 #include "helpers.h"
@@ -49,6 +50,97 @@ TEST(BekkerSteady, RollingSteadilyIsTheSteadyLaw) {
       }
 }
 
+TEST(BekkerSteady, EveryMethodAndLateralModelRollsAsForcesDoesWithLugsAndWithout) {
+  // The model's states, patch and blending against the pure function at the same entry angle, which is that of the
+  // lug tips. (forces() itself is
+  // held against independent quadratures elsewhere.)
+  LuggedCylinder l;
+  l.radius = 0.12;
+  l.width = 0.16;
+  l.lug_height = 0.01;
+  l.lug_ratio = 0.15;
+  l.lug_count = 24;
+  l.lug_width = 0.005;
+  const RunningGear smooth = test::mit_wheel(), lugged{"lugged", l};
+  BekkerSoil loam = mojave();
+  loam.shear = {ShearLaw::Type::A, 1000, 0.5, 0.02, 0, 1};
+  for (const char* method : {"nonlinear", "quadratic", "linear"})
+    for (const char* lateral : {"isotropic", "anisotropic"})
+      for (const bool lugs : {false, true})
+        for (const double slip : {-0.4, 0.05, 0.6}) {
+          const std::string options = std::string("method: ") + method + "\nlateral: " + lateral + "\npoints: 40\n";
+          Bench b(steady_model(), soil_of(loam), flat_ground(), lugs ? lugged : smooth, options);
+          const double kappa = kappa_of_slip(slip), omega = 0.5, vx = kappa * omega * 0.13, beta = 0.1, sink = 0.02;
+          const double theta_f = std::acos(1 - sink / 0.13);
+          b.motion.X_WB_end.p.z() = 0.13 - sink;
+          const double dt = 0.5 * 0.13 * theta_f / std::min(vx, omega * 0.13);
+          for (int i = 0; i < 200; ++i) b.move({{vx, vx * std::tan(beta), 0}, {0, omega, 0}}, dt);
+          ForceCase c;
+          c.wheel = lugs ? WheelSize{0.12, 0.16, 0.01, 0.15} : WheelSize{0.13, 0.16};
+          c.soil = SoilLaw::of(loam, 0.16);
+          if (lateral[0] == 'a') c.soil.lateral = Lateral::anisotropic;
+          const ContactRange r = contact_range(c.soil, theta_f, slip);
+          c.arc = {theta_f, r.theta_m, r.theta_r};
+          c.slip = slip;
+          c.slip_angle = beta;
+          const Method m = method[0] == 'n' ? Method::nonlinear : method[0] == 'q' ? Method::quadratic : Method::linear;
+          const WheelWrench f = forces(c, m, 1e-10).wrench;
+          const double tol = 2e-6 * f.Fz;  // rounding of 1 - |u|/K and of the patch, 40 points
+          EXPECT_NEAR(b.force(dt).x(), f.Fx, tol) << method << " " << lateral << " " << lugs << " " << slip;
+          EXPECT_NEAR(b.force(dt).y(), f.Fy, tol);
+          EXPECT_NEAR(b.force(dt).z(), f.Fz, tol);
+          EXPECT_NEAR(b.moment(dt).x(), f.Mx, tol);
+          EXPECT_NEAR(b.moment(dt).y(), f.My, tol);
+          EXPECT_NEAR(b.moment(dt).z(), f.Mz, tol);
+          EXPECT_NEAR(b.result.report.sinkage, sink, 1e-9);
+          const double vt = 0.12 / 0.13;  // reported slip is that of the tread radius
+          if (lugs) {
+            EXPECT_NEAR(b.result.report.slip, (vt - kappa) / std::max(vt, kappa), 1e-9);
+          }
+        }
+  EXPECT_TRUE(Bench(steady_model(), soil_of(loam), flat_ground()).terrain->capabilities().lugs);
+}
+
+TEST(BekkerSteady, LugsCarryLessThanTheCylinderOverThem) {
+  LuggedCylinder l;
+  l.radius = 0.12;
+  l.width = 0.16;
+  l.lug_height = 0.01;
+  l.lug_ratio = 0.15;
+  Bench smooth = bench();
+  Bench lugged(steady_model(), soil_of(mojave()), flat_ground(), {"lugged", l});
+  for (const double sink : {0.005, 0.015}) {
+    const Vec3 hub(0, 0, 0.13 - sink);
+    smooth.motion.X_WB_end.p = lugged.motion.X_WB_end.p = hub;
+    smooth.move({}, 1e-3);
+    lugged.move({}, 1e-3);
+    const double share = lugged.force(1e-3).z() / smooth.force(1e-3).z();
+    if (sink < 0.01) {
+      EXPECT_NEAR(share, 0.15, 0.005) << "the tips alone press; cohesion (139 Pa) acts on the whole width";
+    } else {
+      EXPECT_GT(share, 0.2);
+      EXPECT_LT(share, 0.6);
+    }
+  }
+}
+
+TEST(BekkerSteady, ClosedFormsCloseTheLedgerOnARoughDrive) {
+  const GroundPtr ground =
+      test::ground_of([](double x, double) { return 0.01 * std::sin(20 * x) + 0.003 * std::sin(77 * x); }, 1e-3);
+  for (const char* options : {"method: quadratic", "method: linear"}) {
+    Bench b(steady_model(), soil_of(mojave()), ground, test::mit_wheel(), options);
+    const double dt = 1e-3;
+    b.motion.X_WB_end.p.z() = 0.12;
+    for (int i = 0; i < 4000; ++i)
+      b.move({{0.3, 0.05 * std::sin(1e-2 * i), 0.02 * std::cos(2e-2 * i)}, {0.01, 3 + 2 * std::sin(3e-3 * i), 0.1}},
+             dt);
+    const EnergyLedger& e = b.terrain->energy();
+    EXPECT_GT(e.gross, 10);
+    EXPECT_GT(e.dissipated, 0);
+    EXPECT_LT(std::abs(e.residual()), 5e-3 * e.gross) << options;
+  }
+}
+
 TEST(BekkerSteady, WheelSetDownFromAboveIsNotPushed) {
   Bench b = bench();
   b.motion.X_WB_end.p.z() = 0.13;
@@ -95,7 +187,8 @@ TEST(BekkerSteady, LockedWheelDraggedFarReachesFullMobilisationAndUnloadsWithinK
 }
 
 TEST(BekkerSteady, ShakingALockedWheelWithinItsLargestDisplacementChangesNothing) {
-  // Elastic unloading and reloading: the force after 500 closed cycles is that after the first, to rounding. A law that yields at
+  // Elastic unloading and reloading: the force after 500 closed cycles is that after the first, to rounding. A law
+  // that yields at
   // every displacement loses part of it in each cycle, so that a parked wheel which is shaken walks down the slope.
   Bench b = bench();
   const double dt = 1e-3;

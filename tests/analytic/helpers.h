@@ -43,8 +43,11 @@ struct Bench {
   BodyMotion motion;
   BodyResult result;
 
-  Bench(const ModelInfo& model, const Soil& soil, GroundPtr ground, RunningGear gear = mit_wheel()) {
-    terrain = model.make({soil, std::move(ground), {}, 9.81});
+  Bench(const ModelInfo& model, const Soil& soil, GroundPtr ground, RunningGear gear = mit_wheel(),
+        const std::string& options = "") {
+    const ConfigDocument doc = ConfigDocument::from_text(options.empty() ? "{}" : options, "options.yaml");
+    terrain = model.make({soil, std::move(ground), options.empty() ? ConfigNode{} : doc.root(), 9.81});
+    doc.check();
     terrain->add_body({"wheel", std::move(gear), {}});
   }
   /// Move the hub with a constant twist for dt and step.

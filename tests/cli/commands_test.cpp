@@ -48,8 +48,9 @@ TEST(Run, RefusesToReplaceEarlierResultsUnlessAsked) {
 }
 
 TEST(Run, UnknownTerrainIsNamedWithTheNearest) {
-  expect_error("run examples/02_robot_rough_ground/robot_sinusoid.yaml --terrain rigd",
-               "--terrain: unknown terrain model 'rigd'; did you mean 'rigid'? Known: rigid, bekker.steady\n");
+  expect_error(
+      "run examples/02_robot_rough_ground/robot_sinusoid.yaml --terrain rigd",
+      "--terrain: unknown terrain model 'rigd'; did you mean 'rigid'? Known: rigid, bekker.steady, bekker.soil_node\n");
 }
 
 TEST(Run, DurationNeedsAUnit) {
@@ -126,9 +127,9 @@ TEST(Doctor, FindsThisBuildWell) {
 }
 
 TEST(Command, UnknownCommandIsNamedWithTheNearest) {
-  expect_error(
-      "runn x",
-      "unknown command 'runn'; did you mean 'run'? Known: run, rig, resume, check, list, report, compare, doctor\n");
+  expect_error("runn x",
+               "unknown command 'runn'; did you mean 'run'? Known: run, rig, resume, check, list, report, compare, "
+               "doctor, plot, fit, bekker\n");
 }
 
 }  // namespace

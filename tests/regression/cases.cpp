@@ -30,13 +30,16 @@ class Waves : public Ground {
 /// One wheel that follows a path, and what it felt.
 class Run {
  public:
-  Run(const ModelInfo& model, GroundPtr ground) {
+  Run(const Subject& subject, GroundPtr ground) {
     static const std::string folder = std::string(GROUSER_SOURCE_DIR) + "/examples";
     static const Soil soil = load_soil_file(folder + "/soils/mojave_martian_simulant.yaml");
-    static const RunningGear gear = load_running_gear_file(folder + "/wheels/mit_wheel.yaml");
-    terrain_ = model.make({soil, std::move(ground), ConfigNode{}, 9.81});
+    const RunningGear gear = load_running_gear_file(folder + "/wheels/" + subject.wheel + ".yaml");
+    const ConfigDocument options = ConfigDocument::from_text(subject.options + "\n", "options.yaml");
+    terrain_ =
+        subject.model.make({soil, std::move(ground), subject.options.empty() ? ConfigNode{} : options.root(), 9.81});
+    options.check();
     terrain_->add_body({"wheel", gear, {}});
-    radius_ = gear.radius();
+    radius_ = gear.outer_radius();
   }
   double radius() const { return radius_; }
 
@@ -95,7 +98,7 @@ std::vector<Channel> forces(const Run& run) {
           {"driving_torque", "N m", c.driving_torque, N * run.radius()}};
 }
 
-Case press(const ModelInfo& model, double sinkage) {
+Case press(const Subject& model, double sinkage) {
   Run run(model, flat_ground());
   const double speed = 0.02;
   run.follow(
@@ -115,14 +118,14 @@ Case press(const ModelInfo& model, double sinkage) {
 
 /// Sinkage [m] at which the wheel, pressed slowly on flat ground, carries `load` [N]: so that every model is asked
 /// about a load that it can meet. Interpolated between two steps of 2 um.
-double static_sinkage(const ModelInfo& model, double load) {
+double static_sinkage(const Subject& model, double load) {
   Run run(model, flat_ground());
   const double speed = 0.002;
   auto path = [&](double t) { return WheelState{Vec3(0, 0, run.radius() - speed * t), Vec3(0, 0, -speed), 0, 0}; };
   return run.sinkage_at(load, path, 0.5 * run.radius() / speed);
 }
 
-Case roll(const ModelInfo& model, double sinkage, double slip, double angle, const std::string& name) {
+Case roll(const Subject& model, double sinkage, double slip, double angle, const std::string& name) {
   Run run(model, flat_ground());
   const double speed = 0.05;
   const Vec3 v(speed * std::cos(angle), speed * std::sin(angle), 0);
@@ -135,7 +138,7 @@ Case roll(const ModelInfo& model, double sinkage, double slip, double angle, con
   return {name, what, forces(run)};
 }
 
-Case side(const ModelInfo& model, double sinkage) {
+Case side(const Subject& model, double sinkage) {
   Run run(model, flat_ground());
   run.follow(
       [&](double t) {
@@ -147,7 +150,7 @@ Case side(const ModelInfo& model, double sinkage) {
           forces(run)};
 }
 
-Case shake(const ModelInfo& model, double sinkage) {
+Case shake(const Subject& model, double sinkage) {
   Run run(model, flat_ground());
   const double w = 2 * pi * 5, a = 2e-4;
   run.follow(
@@ -165,7 +168,7 @@ Case shake(const ModelInfo& model, double sinkage) {
            {"dissipated", "J", run.energy().dissipated, run.energy().gross}}};
 }
 
-Case rough(const ModelInfo& model) {
+Case rough(const Subject& model) {
   Run run(model, std::make_shared<Waves>());
   const double speed = 0.3, spin = speed / 0.8 / run.radius();
   run.follow(
@@ -187,7 +190,7 @@ Case rough(const ModelInfo& model) {
 
 }  // namespace
 
-std::vector<Case> run_cases(const ModelInfo& model) {
+std::vector<Case> run_cases(const Subject& model) {
   std::vector<Case> all;
   for (const double depth : {0.002, 0.005, 0.010}) all.push_back(press(model, depth));
   const double sinkage = static_sinkage(model, 115);

@@ -16,7 +16,13 @@ struct Case {
   std::vector<Channel> channels;
 };
 
-/// Run every case with a model: smooth wheel of Table 4.5 (r 0.13 m, b 0.16 m) on Mojave Martian simulant (Table 4.1).
-std::vector<Case> run_cases(const ModelInfo& model);
+/// A model with options and a wheel of examples/wheels.
+struct Subject {
+  const ModelInfo& model;
+  std::string options;  ///< YAML, empty: defaults
+  std::string wheel = "mit_wheel";
+};
+/// Run every case on Mojave Martian simulant (Table 4.1).
+std::vector<Case> run_cases(const Subject& subject);
 
 }  // namespace grouser::test

@@ -56,13 +56,25 @@ References read(const std::filesystem::path& file) {
   return all;
 }
 
-void write(const std::filesystem::path& file, const std::string& id, const std::vector<Case>& cases,
-           const References& old) {
+/// Options of a model that have references of their own, <name>.yaml beside reference.yaml.
+struct Variant {
+  const char *model, *name, *options, *wheel, *what;
+};
+constexpr Variant kVariants[] = {
+    {"bekker.steady", "quadratic", "method: quadratic", "mit_wheel", "smooth wheel of Table 4.5, method quadratic,"},
+    {"bekker.steady", "linear", "method: linear", "mit_wheel", "smooth wheel of Table 4.5, method linear,"},
+    {"bekker.steady", "lugs", "", "ding_wheel", "lugged wheel of Table 3.3"},
+    {"bekker.steady", "lugs_quadratic_anisotropic", "{method: quadratic, lateral: anisotropic}", "ding_wheel",
+     "lugged wheel of Table 3.3, method quadratic, lateral anisotropic,"},
+};
+
+void write(const std::filesystem::path& file, const std::string& id, const std::string& what,
+           const std::vector<Case>& cases, const References& old) {
   std::filesystem::create_directories(file.parent_path());
   std::ofstream out(file);
   out.precision(12);
-  out << "# Reference values of model " << id
-      << ": smooth wheel of Table 4.5 on Mojave Martian simulant (Table 4.1), host step 1 ms.\n"
+  out << "# Reference values of model " << id << ": " << what
+      << " on Mojave Martian simulant (Table 4.1), host step 1 ms.\n"
       << "# Written by regression_test --regenerate. `tolerance` is absolute, in the channel's unit; a channel without "
          "a `reason` has the\n"
       << "# default one. Both may be changed by hand and are then kept.\n"
@@ -82,53 +94,62 @@ void write(const std::filesystem::path& file, const std::string& id, const std::
   }
 }
 
+/// One model as it stands or with a variant's options. Returns the failures.
+int run(const Subject& subject, const std::string& name, const std::string& what, bool regenerate) {
+  const std::string& id = subject.model.id;
+  const std::string label = name == "reference" ? id : id + "/" + name;
+  const auto file = std::filesystem::path(GROUSER_SOURCE_DIR) / "tests/regression" / id / (name + ".yaml");
+  References known;
+  if (std::filesystem::exists(file)) {
+    known = read(file);
+  } else if (!regenerate) {
+    std::printf(
+        "FAIL %s: registered model without tests/regression/%s/%s.yaml; run regression_test --regenerate, "
+        "look at the values and check them in\n",
+        label.c_str(), id.c_str(), name.c_str());
+    return 1;
+  }
+  int failures = 0, compared = 0;
+  const std::vector<Case> cases = run_cases(subject);
+  for (const Case& c : cases)
+    for (const Channel& x : c.channels) {
+      const std::string key = c.name + "." + x.name;
+      const auto it = known.find(key);
+      const double old = it == known.end() ? std::numeric_limits<double>::quiet_NaN() : it->second.value;
+      const double change = x.value - old;
+      if (it != known.end()) it->second.used = true;
+      ++compared;
+      if (regenerate) {
+        std::printf("%s %-40s old %.9g new %.9g change %.3g %s\n", label.c_str(), key.c_str(), old, x.value, change,
+                    x.unit.c_str());
+      } else if (it == known.end()) {
+        std::printf("FAIL %s %s: no reference value\n", label.c_str(), key.c_str());
+        ++failures;
+      } else if (!(std::abs(change) <= it->second.tolerance)) {
+        std::printf("FAIL %s %s: %.12g %s, reference %.12g, change %.3g, tolerance %.3g (%s)\n", label.c_str(),
+                    key.c_str(), x.value, x.unit.c_str(), old, change, it->second.tolerance,
+                    it->second.reason.empty() ? "default" : it->second.reason.c_str());
+        ++failures;
+      }
+    }
+  for (const auto& [key, r] : known)
+    if (!r.used && !regenerate) {
+      std::printf("FAIL %s %s: a reference value that no case gives\n", label.c_str(), key.c_str());
+      ++failures;
+    }
+  if (regenerate)
+    write(file, id, what, cases, known);
+  else
+    std::printf("%s: %d values compared\n", label.c_str(), compared);
+  return failures;
+}
+
 int run(bool regenerate) {
   int failures = 0;
   for (const ModelInfo& model : all_models().models()) {
-    const auto file = std::filesystem::path(GROUSER_SOURCE_DIR) / "tests/regression" / model.id / "reference.yaml";
-    References known;
-    if (std::filesystem::exists(file)) {
-      known = read(file);
-    } else if (!regenerate) {
-      std::printf(
-          "FAIL %s: registered model without tests/regression/%s/reference.yaml; run regression_test --regenerate, "
-          "look at the values and check them in\n",
-          model.id.c_str(), model.id.c_str());
-      ++failures;
-      continue;
-    }
-    const std::vector<Case> cases = run_cases(model);
-    int compared = 0;
-    for (const Case& c : cases)
-      for (const Channel& x : c.channels) {
-        const std::string key = c.name + "." + x.name;
-        const auto it = known.find(key);
-        const double old = it == known.end() ? std::numeric_limits<double>::quiet_NaN() : it->second.value;
-        const double change = x.value - old;
-        if (it != known.end()) it->second.used = true;
-        ++compared;
-        if (regenerate) {
-          std::printf("%s %-40s old %.9g new %.9g change %.3g %s\n", model.id.c_str(), key.c_str(), old, x.value,
-                      change, x.unit.c_str());
-        } else if (it == known.end()) {
-          std::printf("FAIL %s %s: no reference value\n", model.id.c_str(), key.c_str());
-          ++failures;
-        } else if (!(std::abs(change) <= it->second.tolerance)) {
-          std::printf("FAIL %s %s: %.12g %s, reference %.12g, change %.3g, tolerance %.3g (%s)\n", model.id.c_str(),
-                      key.c_str(), x.value, x.unit.c_str(), old, change, it->second.tolerance,
-                      it->second.reason.empty() ? "default" : it->second.reason.c_str());
-          ++failures;
-        }
-      }
-    for (const auto& [key, r] : known)
-      if (!r.used && !regenerate) {
-        std::printf("FAIL %s %s: a reference value that no case gives\n", model.id.c_str(), key.c_str());
-        ++failures;
-      }
-    if (regenerate)
-      write(file, model.id, cases, known);
-    else
-      std::printf("%s: %d values compared\n", model.id.c_str(), compared);
+    failures += run(Subject{model, "", "mit_wheel"}, "reference", "smooth wheel of Table 4.5", regenerate);
+    for (const Variant& v : kVariants)
+      if (model.id == v.model) failures += run(Subject{model, v.options, v.wheel}, v.name, v.what, regenerate);
   }
   // A folder that belongs to no model is a model that was renamed or lost.
   for (const auto& entry :

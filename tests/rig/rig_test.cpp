@@ -121,10 +121,12 @@ TEST(Rig, FixedStepFollowsTheIntegratedReference) {
 // Two measured slips, one on a case and one half-way between two, one outside: the table's figures worked out by hand from the rows.
 TEST(Rig, ErrorsAreThoseBetweenTheRowsAndTheMeasuredTable) {
   const Case c(
-      "angular_speed: 17 deg/s\nslips: [0.1, 0.3]\nslip_definition: rim\ndistance: 0.1 m\nmeasured: {file: measured.csv, "
+      "angular_speed: 17 deg/s\nslips: [0.1, 0.3]\nslip_definition: rim\ndistance: 0.1 m\nmeasured: {file: "
+      "measured.csv, "
       "source: made up, slip: slip, drawbar_pull: {column: pull_N, unit: N, error: pull_error_N}, "
       "sinkage: {column: depth_mm, unit: mm}}\n");
-  std::ofstream(c.folder / "measured.csv") << "slip,pull_N,pull_error_N,depth_mm\n0.1,30,1,8\n0.2,50,2,11\n0.6,90,3,15\n";
+  std::ofstream(c.folder / "measured.csv")
+      << "slip,pull_N,pull_error_N,depth_mm\n0.1,30,1,8\n0.2,50,2,11\n0.6,90,3,15\n";
   const auto s = c.run();
   ASSERT_EQ(s.rows.size(), 2u);
   ASSERT_EQ(s.errors.size(), 2u);

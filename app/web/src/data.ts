@@ -129,11 +129,32 @@ export interface RigHeader {
   warnings: string[];
 }
 
+export interface FigureSeries {
+  name: string;
+  style: 'line' | 'dashed' | 'points';
+  x: (number | null)[];
+  y: (number | null)[];
+  error: (number | null)[];
+  colour: number;
+}
+
+export type FigureItem =
+  | { kind: 'plot'; title: string; x_label: string; y_label: string; caption: string; log_x: boolean; log_y: boolean; series: FigureSeries[] }
+  | { kind: 'table'; title: string; columns: string[]; rows: string[][] }
+  | { kind: 'text'; text: string };
+
+/** A page of figures: `grouser plot`, `grouser fit`. */
+export interface Figures {
+  summary: string;
+  items: FigureItem[];
+}
+
 export interface Header {
   format: number;
   title: string;
   runs: RunHeader[];
   rigs: RigHeader[];
+  figures?: Figures;
 }
 
 /** A run with its numbers, decoded when first asked for. */

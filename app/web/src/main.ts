@@ -3,6 +3,7 @@ import 'uplot/dist/uPlot.min.css';
 import './style.css';
 import { runColours } from './colours';
 import { Block, Run, type Header, type RunHeader } from './data';
+import { figurePage } from './figure_page';
 import { rigPage } from './rig_page';
 import { runPage, type Page } from './run_page';
 import { tabs } from './tabs';
@@ -36,6 +37,10 @@ function schemeButton(pages: Page[]): HTMLElement {
   const button = el('button', { class: 'scheme' });
   button.addEventListener('click', () => set(root.dataset.scheme === 'dark' ? 'light' : 'dark'));
   prefers.addEventListener('change', (e) => set(e.matches ? 'dark' : 'light'));
+  // Paper is light.
+  let before = '';
+  window.addEventListener('beforeprint', () => ((before = root.dataset.scheme ?? 'light'), set('light')));
+  window.addEventListener('afterprint', () => set(before));
   set(asked ?? (prefers.matches ? 'dark' : 'light'));
   return button;
 }
@@ -56,7 +61,7 @@ async function start(): Promise<void> {
   page.replaceChildren();
   const grounds = byGround(header.runs);
   const count = header.runs.length + header.rigs.length;
-  const kind = count === 1 ? null : `Comparison of ${count} results` + (grounds.length > 1 ? ` over ${grounds.length} grounds` : '');
+  const kind = count <= 1 ? null : `Comparison of ${count} results` + (grounds.length > 1 ? ` over ${grounds.length} grounds` : '');
   const top = el('header', {}, el('div', {}, el('h1', {}, header.title || 'grouser'), kind ? el('p', { class: 'kind' }, kind) : null));
   top.append(schemeButton(pages));
   page.append(top);
@@ -82,6 +87,11 @@ async function start(): Promise<void> {
     for (const [k, h] of header.rigs.entries())
       rigs.push({ header: h, block: await block(h.block), label: names[k], colour: runColours[k % runColours.length] });
     const built = rigPage(page, rigs);
+    pages.push(built);
+    built.mount();
+  }
+  if (header.figures) {
+    const built = figurePage(page, header.figures);
     pages.push(built);
     built.mount();
   }

@@ -19,8 +19,10 @@ namespace grouser::bekker {
 /// down from above: the two halves cancel and nothing pushes it. All are zero clear of the soil.
 /// S2, S4 and S5 are integrated exactly for the velocities of the step.
 ///
+/// r: radius over the lugs, which is that of the patch; lugs by eqs 2.14 and 2.15 (mean pressure of tips and tread). Options choose the quadrature
+/// or a closed form (eqs 2.17 to 2.20) for W+ and the direction of the shear stress.
 /// Range: sinkage up to about half the radius; smooth grounds are exact, rough ones by the equivalent patch. Cannot: ruts and multi-pass,
-/// lugs (a lugged wheel is carried as the smooth cylinder over its lugs), bulldozing, scrub moment of a wheel that turns on the spot.
+/// single lugs and the ripple they cause, bulldozing, scrub moment of a wheel that turns on the spot.
 /// Triangle meshes are refused by name. Errors: TerrainError from add_body; std::invalid_argument from make for a soil without
 /// `bekker:`.
 /// Effects: `vertical_damping` [s/m], sigma (1 + chi h'), never tensile (Hunt & Crossley 1975).

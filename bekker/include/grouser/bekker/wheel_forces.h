@@ -9,9 +9,18 @@
 
 namespace grouser::bekker {
 
-/// Smooth rigid wheel [m], both > 0.
+/// Rigid wheel, smooth or with lugs (eqs 2.14 to 2.16).
 struct WheelSize {
-  double radius = 0, width = 0;
+  double radius = 0, width = 0;  ///< r without lugs, b [m] > 0
+  double lug_height = 0;         ///< h_g [m] >= 0
+  double lug_ratio = 0;          ///< mu, share of the lug tips in the surface, 0..1
+  double outer_radius() const { return radius + lug_height; }  ///< r_s [m]
+};
+
+/// Direction of the shear stress.
+enum class Lateral {
+  isotropic,    ///< against the sliding velocity at the point, magnitude by |j| (eq 2.10)
+  anisotropic,  ///< each direction by its own displacement, tau_i = tau_max f(|j_i|) sign(j_i) (Ishigami et al. 2007)
 };
 
 enum class ThetaMLaw {
@@ -27,6 +36,8 @@ struct SoilLaw {
   double tan_phi = 0;  ///< [-]
   ContactAngles angles;
   ThetaMLaw theta_m_law = ThetaMLaw::linear;
+  double ko = 0, Au = 0;  ///< unloading slope ko + Au zu [N/m^3, N/m^4] (eq 2.12); both 0 = not given
+  Lateral lateral = Lateral::isotropic;
 
   static SoilLaw of(const BekkerSoil& soil, double wheel_width, ThetaMLaw law = ThetaMLaw::linear);
   /// Displacement over which the shear stress builds up [m]: K (type A), Kw (types B and C).
@@ -75,16 +86,15 @@ struct WheelForces {
 
 /// Gauss-Legendre with `points` per smooth piece; where tolerance > 0 the points are doubled (to 96 at most) until Fx, Fz and My/r
 /// change by less than tolerance times |(Fx, Fy, Fz)|.
-/// Pieces end at theta_r, theta_m, theta_f and, under braking, where v_jt and j_t change sign; theta_f - theta = L x^2 at the entry and
-/// theta - theta_r = L x^2 at the exit absorb (theta_f - theta)^n. Relative error against adaptive quadrature over the tests' random
-/// soils, wheels and slips: see bekker/README.md.
+/// Pieces end at theta_r, theta_m, theta_f, theta_fca of lugs and where v_jt and j_t change sign or the shear direction turns
+/// sharply; theta_f - theta = L x^2 at the entry, and alike at the exit, absorbs (theta_f - theta)^n. Error: see bekker/README.md.
 struct Quadrature {
   int points = 10;       ///< 4..96
   double tolerance = 0;  ///< [-] 0 = fixed points
 };
 
 /// Forces at entry angle theta_f in [0, pi) [rad]. pressure_factor >= 0 scales sigma (1 = quasi-static).
-/// Cost: about 1.5 us with 10 points (2 pieces), 3 us under moderate braking (4 pieces).
+/// Cost: about 0.8 us with 10 points (2 pieces), 0.9 us under moderate braking (4 pieces).
 WheelForces steady_forces(const WheelSize& wheel, const SoilLaw& soil, double theta_f, ShearState e, Quadrature q = {},
                           double pressure_factor = 1);
 /// The same with theta_m and theta_r of another slip than the shear state's own: transients, where the two settle differently.
@@ -107,7 +117,7 @@ struct Equilibrium {
 };
 std::string_view name_of(Equilibrium::Status status);
 
-/// Fz(theta_f) = load [N] by bracketing and Boost.Math's TOMS 748, to 1e-12 of theta_f. Never throws: see status.
+/// Fz(theta_f) = load [N] to 4e-10, by the search of solve() (forces.h), for a shear state and a fixed rule. Never throws: see status.
 Equilibrium steady_equilibrium(const WheelSize& wheel, const SoilLaw& soil, double load, ShearState e,
                                Quadrature q = {});
 

@@ -1,0 +1,24 @@
+#include "grouser/bekker/forces.h"
+
+#include <cmath>
+
+#include "arc.h"
+#include "closed_form.h"
+#include "nonlinear.h"
+
+namespace grouser::bekker {
+
+ForceResult forces(const ForceCase& c, Method method, double tolerance) noexcept {
+  const ForceStatus status = status_of(c);
+  if (status != ForceStatus::ok) return {{}, status};
+  if (method != Method::nonlinear) return {closed_form(c, method), ForceStatus::ok};
+  if (!(tolerance >= 1e-13 && tolerance <= 1e-2)) return {{}, ForceStatus::bad_argument};
+  return nonlinear_forces(Arc(c), tolerance);
+}
+
+void forces(std::span<const ForceCase> cases, Method method, double tolerance,
+            std::span<ForceResult> results) noexcept {
+  for (std::size_t i = 0; i < cases.size(); ++i) results[i] = forces(cases[i], method, tolerance);
+}
+
+}  // namespace grouser::bekker

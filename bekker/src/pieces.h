@@ -1,0 +1,23 @@
+#pragma once
+#include <array>
+
+#include "kernel.h"
+
+namespace grouser::bekker {
+
+/// A piece and the powers of its map at the near (coordinate `start`) and the far end.
+struct MappedPiece {
+  Piece piece;
+  int p, q;
+  int size;     ///< index into kRuleSizes of the rule to begin with
+  bool verify;  ///< compare with the next rule; else the size is enough for 1e-6, and the null sums alone are looked at
+};
+
+/// The arc cut at every kink, jump and near-singular point of its stresses.
+struct Pieces {
+  std::array<MappedPiece, 24> at;  // filled up to count only: clearing it would cost as much as finding the cuts
+  int count = 0;
+};
+Pieces pieces_of(const Arc& arc, double tolerance);
+
+}  // namespace grouser::bekker

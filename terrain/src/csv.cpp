@@ -1,0 +1,125 @@
+#include "grouser/terrain/csv.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+namespace grouser {
+
+namespace {
+bool blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+
+std::string_view trimmed(std::string_view s) {
+  while (!s.empty() && blank(s.front())) s.remove_prefix(1);
+  while (!s.empty() && blank(s.back())) s.remove_suffix(1);
+  return s;
+}
+}  // namespace
+
+void FileErrors::add(int line, int column, std::string message) {
+  constexpr std::size_t limit = 20;
+  if (errors_.size() < limit)
+    errors_.push_back({file_, line, column, std::move(message)});
+  else
+    ++more_;
+}
+
+void FileErrors::add(const FileErrors& more) {
+  for (const Diagnostic& d : more.errors_) add(d.line, d.column, d.message);
+  more_ += more.more_;
+}
+
+void FileErrors::check() const {
+  if (errors_.empty()) return;
+  auto all = errors_;
+  if (more_ > 0)
+    all.push_back(
+        {file_, all.back().line, all.back().column, "and " + std::to_string(more_) + " more errors in this file"});
+  throw ConfigError(std::move(all));
+}
+
+void FileErrors::fail(int line, int column, std::string message) {
+  add(line, column, std::move(message));
+  check();
+  std::abort();  // not reached: check() throws
+}
+
+std::string read_text_file(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  if (in) text << in.rdbuf();
+  if (!in || !text) throw ConfigError(file.string(), 0, 0, "cannot read the file");
+  return std::move(text).str();
+}
+
+std::optional<double> parse_number(std::string_view cell) {
+  cell = trimmed(cell);
+  if (cell.size() > 1 && cell[0] == '+' && cell[1] != '-') cell.remove_prefix(1);
+  double x = 0;
+  const auto r = std::from_chars(cell.data(), cell.data() + cell.size(), x);
+  if (r.ec != std::errc() || r.ptr != cell.data() + cell.size() || !std::isfinite(x)) return std::nullopt;
+  return x;
+}
+
+CsvFile CsvFile::read(const std::filesystem::path& file) {
+  CsvFile f;
+  f.file_ = file;
+  f.text_ = std::make_shared<const std::string>(read_text_file(file));
+  std::string_view rest = *f.text_;
+  if (rest.substr(0, 3) == "\xEF\xBB\xBF") rest.remove_prefix(3);
+  for (int number = 1; !rest.empty(); ++number) {
+    const std::size_t end = rest.find('\n');
+    std::string_view line = rest.substr(0, end);
+    rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
+    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+    const std::string_view text = trimmed(line);
+    if (text.empty()) continue;
+    if (text.front() == '#')
+      f.notes_.emplace_back(trimmed(text.substr(1)));
+    else
+      f.rows_.push_back({number, line});
+  }
+  return f;
+}
+
+bool CsvFile::split(std::string_view line, std::vector<CsvCell>& out) {
+  std::size_t used = 0, at = 0;
+  bool closed = true;
+  for (;;) {
+    while (at < line.size() && blank(line[at])) ++at;
+    if (used == out.size()) out.emplace_back();
+    CsvCell& cell = out[used++];
+    cell.column = static_cast<int>(at) + 1;
+    if (at < line.size() && line[at] == '"') {
+      cell.text.clear();
+      closed = false;
+      for (++at; at < line.size(); ++at) {
+        if (line[at] != '"') {
+          cell.text += line[at];
+        } else if (at + 1 < line.size() && line[at + 1] == '"') {
+          cell.text += line[at++];
+        } else {
+          closed = true;
+          ++at;
+          break;
+        }
+      }
+      const std::size_t comma = std::min(line.find(',', at), line.size());
+      cell.text += trimmed(line.substr(at, comma - at));
+      at = comma;
+    } else {
+      const std::size_t comma = std::min(line.find(',', at), line.size());
+      cell.text = trimmed(line.substr(at, comma - at));
+      at = comma;
+    }
+    if (!closed || at >= line.size()) break;
+    ++at;
+  }
+  out.resize(used);
+  return closed;
+}
+
+}  // namespace grouser

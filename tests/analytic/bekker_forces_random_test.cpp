@@ -1,0 +1,72 @@
+// forces(nonlinear) against the equations written out a second time and integrated by another rule
+// (bekker_random_rows.h), on rows that mix shear types, lateral models, driving, braking, locked and spinning wheels,
+// slip angles, lugs and repetitive loading.
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "bekker_random_rows.h"
+
+namespace grouser::bekker {
+namespace {
+
+using namespace test_rows;
+
+#ifdef GROUSER_ALL_ROWS
+constexpr int kRows = 10000;
+#else
+constexpr int kRows = 400;
+#endif
+// At 1e-10 the error is ten times less than what an outside check of 1e-9 needs.
+constexpr std::array<double, 4> kTolerances{1e-10, 1e-8, 1e-6, 1e-3};
+
+struct Worst {
+  std::array<double, kTolerances.size()> force{}, moment{};
+  std::array<int, kTolerances.size()> row{}, refused{};
+  void add(std::size_t k, const Gap& g, int at) {
+    if (std::max(g.force, g.moment) > std::max(force[k], moment[k])) row[k] = at;
+    force[k] = std::max(force[k], g.force);
+    moment[k] = std::max(moment[k], g.moment);
+  }
+};
+
+/// Largest errors of every threads-th row from `first` on, at each tolerance.
+Worst worst_of(const std::vector<ForceCase>& cases, std::size_t first, std::size_t threads) {
+  Worst w;
+  for (std::size_t i = first; i < cases.size(); i += threads) {
+    const std::array<double, 6> truth = WrittenOut(cases[i]).integral();
+    for (std::size_t k = 0; k < kTolerances.size(); ++k) {
+      const ForceResult r = forces(cases[i], Method::nonlinear, kTolerances[k]);
+      if (r.status != ForceStatus::ok) ++w.refused[k];
+      w.add(k, gap_of(r.wrench, truth, cases[i].wheel.outer_radius()), static_cast<int>(i));
+    }
+  }
+  return w;
+}
+
+TEST(NonlinearForces, AreWithinTheirToleranceOfAnIndependentQuadrature) {
+  std::mt19937_64 rng(20260101);
+  std::vector<ForceCase> cases;
+  for (int i = 0; i < kRows; ++i) cases.push_back(any_row(rng));
+  std::vector<Worst> part(std::max(1u, std::thread::hardware_concurrency()));
+  std::vector<std::thread> pool;
+  for (std::size_t t = 0; t < part.size(); ++t)
+    pool.emplace_back([&, t] { part[t] = worst_of(cases, t, part.size()); });
+  for (std::thread& t : pool) t.join();
+  for (std::size_t k = 0; k < kTolerances.size(); ++k) {
+    Worst all;
+    int refused = 0;
+    for (const Worst& p : part) {
+      all.add(k, {p.force[k], p.moment[k]}, p.row[k]);
+      refused += p.refused[k];
+    }
+    std::printf("tolerance %.0e: %d rows, largest error of |F| %.1e, of |M| %.1e (row %d), not met %d\n",
+                kTolerances[k], kRows, all.force[k], all.moment[k], all.row[k], refused);
+    EXPECT_EQ(refused, 0) << kTolerances[k];
+    EXPECT_LE(all.force[k], kTolerances[k]) << "row " << all.row[k];
+    EXPECT_LE(all.moment[k], kTolerances[k]) << "row " << all.row[k];
+  }
+}
+
+}  // namespace
+}  // namespace grouser::bekker

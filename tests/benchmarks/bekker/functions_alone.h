@@ -1,0 +1,12 @@
+#pragma once
+
+/// Transcendental functions of a smooth wheel's stress at one vector of points: ahead of theta_m one sine-cosine pair,
+/// log, two exp and two inverse roots; behind one more pair.
+struct FunctionsAlone {
+  int lanes;
+  const char* name;
+  /// Evaluates them `vectors` times, independent of each other, and returns something that depends on all.
+  double (*front)(int vectors);
+  double (*rear)(int vectors);
+};
+FunctionsAlone functions_alone();
