@@ -18,6 +18,7 @@ std::int64_t floor_to(double x) { return static_cast<std::int64_t>(std::floor(x)
 void Footprint::prepare(const BodySpec& body, const BodyMotion& motion, NodeGrid& grid, bool commit) {
   motion_ = wheel_motion(body, motion, shape_.radius(), shape_.width());
   const Layout& layout = grid.layout();
+  shape_.resolve(layout.spacing);
   R_ = Mat3(Eigen::AngleAxisd(layout.heading, Eigen::Vector3d::UnitZ()));
   const Mat3 C = R_.transpose() * motion_.carrier;
   Gear& g = gear_;
@@ -28,6 +29,7 @@ void Footprint::prepare(const BodySpec& body, const BodyMotion& motion, NodeGrid
   copy(R_.transpose() * motion_.V.w, g.W);
   g.radius = shape_.radius();
   g.half_width = 0.5 * shape_.width();
+  shape_.mean_lugs(g);
   g.spacing = layout.spacing;
   g.area = g.spacing * g.spacing;
   const Quat q_GridGear = Quat(Mat3(R_.transpose())) * (motion.X_WB_end.q * body.X_BG.q);

@@ -8,7 +8,8 @@ namespace grouser::bekker::node {
 
 class Footprint {
  public:
-  explicit Footprint(const RunningGear& gear) : shape_(gear) {}
+  explicit Footprint(const RunningGear& gear, Lugs lugs = Lugs::automatic, double least_lug = 0)
+      : shape_(gear, lugs, least_lug) {}
 
   /// Find the nodes of this step. Serial: creates tiles. `commit` false leaves the soil as it is and works on copies.
   void prepare(const BodySpec& body, const BodyMotion& motion, NodeGrid& grid, bool commit);

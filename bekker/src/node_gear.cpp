@@ -23,13 +23,28 @@ void lower(Profile& p, double height, double nx, double nz) {
 void edge(Profile& p, double x, double xa, double za, double xb, double zb) {
   if (!(xa < xb) || x < xa || x > xb) return;
   const double dx = xb - xa, dz = zb - za, length = std::hypot(dx, dz);
-  if (dx < 0.05 * length) return;  // as good as vertical: carries nothing on vertical node lines
   lower(p, za + (x - xa) / dx * dz, -dz / length, dx / length);
 }
 
 }  // namespace
 
-GearShape::GearShape(const RunningGear& gear) : gear_(gear), radius_(gear.outer_radius()) {}
+GearShape::GearShape(const RunningGear& gear, Lugs lugs, double least)
+    : gear_(gear), lugs_option_(lugs), least_(least), radius_(gear.outer_radius()) {}
+
+void GearShape::resolve(double spacing) {
+  const auto* lugged = std::get_if<LuggedCylinder>(&gear_.shape);
+  mean_ = lugged && (lugs_option_ == Lugs::mean ||
+                     (lugs_option_ == Lugs::automatic && lugged->lug_width < std::max(2 * spacing, least_)));
+}
+
+void GearShape::mean_lugs(Gear& g) const {
+  g.tip_share = 1;
+  if (!mean_) return;
+  const auto& lugged = std::get<LuggedCylinder>(gear_.shape);
+  g.tip_share = lugged.lug_ratio;
+  g.tread = lugged.radius;
+  g.hollow = lugged.tread_radius;
+}
 
 void GearShape::turn(const Quat& q, const Gear& g) {
   if (const auto* lugged = std::get_if<LuggedCylinder>(&gear_.shape)) {
@@ -80,17 +95,13 @@ void GearShape::cover_profile(const Gear& g, const Segment& s, double* out) cons
       const double root = std::sqrt(r * r - x * x);
       lower(p, -root, -x / r, root / r);
     }
-    const double outer = lugged.radius + lugged.lug_height, base = 0.9 * lugged.radius, hw = 0.5 * lugged.lug_width;
+    // Tips only: a flank is no surface that pushes soil down, and what it can push sideways is the strength of the
+    // soil between the lugs, which is sheared off at the tips.
+    const double outer = lugged.radius + lugged.lug_height, hw = 0.5 * lugged.lug_width;
     for (const auto& lug : lugs_) {
       const double sn = lug[0], cs = lug[1];  // radial direction (sn, -cs), along the circumference (cs, sn)
-      const double tx = outer * sn, tz = -outer * cs, bx = base * sn, bz = -base * cs;
-      edge(p, x, tx - hw * cs, tz - hw * sn, tx + hw * cs, tz + hw * sn);  // tip
-      if (sn > 0)
-        edge(p, x, bx - hw * cs, bz - hw * sn, tx - hw * cs, tz - hw * sn),
-            edge(p, x, bx + hw * cs, bz + hw * sn, tx + hw * cs, tz + hw * sn);
-      else
-        edge(p, x, tx - hw * cs, tz - hw * sn, bx - hw * cs, bz - hw * sn),
-            edge(p, x, tx + hw * cs, tz + hw * sn, bx + hw * cs, bz + hw * sn);
+      const double tx = outer * sn, tz = -outer * cs;
+      edge(p, x, tx - hw * cs, tz - hw * sn, tx + hw * cs, tz + hw * sn);
     }
     return p;
   };

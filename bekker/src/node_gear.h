@@ -8,13 +8,22 @@
 
 namespace grouser::bekker::node {
 
+/// Lugs one by one, or as a mean over tips and tread (eq 2.15); automatic: one by one where a lug takes two nodes and
+/// stays on them until their shear is mobilised, 4 K.
+enum class Lugs { automatic, mean, resolved };
+
 /// Gear turned to its attitude over a node: frame of the grid's axes, origin at the hub.
 class GearShape {
  public:
-  explicit GearShape(const RunningGear& gear);
+  /// least: width [m] from which `automatic` takes lugs one by one.
+  GearShape(const RunningGear& gear, Lugs lugs, double least);
 
-  /// A smooth cylinder: the kernel does it alone.
-  bool smooth() const { return std::holds_alternative<SmoothCylinder>(gear_.shape); }
+  /// Choose how lugs are carried; before anything below.
+  void resolve(double spacing);
+  /// A cylinder, smooth or with lugs as a mean: the kernel does it alone.
+  bool smooth() const { return mean_ || std::holds_alternative<SmoothCylinder>(gear_.shape); }
+  /// Tip share and tread for the kernel.
+  void mean_lugs(Gear& g) const;
   double radius() const { return radius_; }  ///< outermost
   double width() const { return gear_.width(); }
 
@@ -28,6 +37,9 @@ class GearShape {
   void cover_mesh(const Gear& g, const Segment& s, double* out) const;
 
   RunningGear gear_;
+  Lugs lugs_option_;
+  double least_;
+  bool mean_ = false;
   double radius_;
   std::vector<Vec3> turned_;                        ///< mesh: vertices in grid axes
   std::vector<std::array<std::int32_t, 3>> below_;  ///< mesh: triangles that face down

@@ -10,7 +10,7 @@ constexpr int kBlock = 8;             ///< nodes that are worked on together, wh
 
 /// State of a node. Pressed: `cover` > 0.
 enum Field {
-  kZu,     ///< plastic depth [m]: deepest so far
+  kZu,     ///< plastic depth [m]: where the pressure last followed the virgin curve, deepest so far under any one gear
   kKu,     ///< unloading slope [Pa/m], > 0
   kZs,     ///< depth of the unloaded surface [m]: the pressure is ku (z - zs) up to zu
   kZ,      ///< depth of the gear's surface at the last step [m]
@@ -36,7 +36,9 @@ struct Material {
 struct Gear {
   double X[3], Y[3], Z[3];    ///< carrier axes
   double V[3], W[3];          ///< twist of the hub
-  double radius, half_width;  ///< [m]
+  double radius, half_width;  ///< [m]; over the lugs
+  double tip_share;           ///< mu of eq 2.15, lugs carried as a mean; 1 without
+  double tread, hollow;       ///< [m] the tread between them: its radius, and its curvature across the width (0: none)
   double reach;               ///< |x_C| below which the surface may touch [m]
   double spacing, area;       ///< [m], [m^2] of a node
   double dt;

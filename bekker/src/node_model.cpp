@@ -22,6 +22,8 @@ closure: local           # local: every node's own depth and unloading; wong: th
 spacing: auto            # [m] > 0 between nodes; auto: 3.3 mm, or the smallest wheel's radius / 40 where that is more
 unloading_rebound: 0.02  # [1] 0.01..1 share of the plastic depth that springs back, of a soil without `repetitive`
 reference_width: soil    # [m] > 0 width in the pressure law; soil: what the soil file says; wheel: the wheel's own
+lugs: auto               # mean: pressure of tips and tread by their shares (eqs 2.14, 2.15), smooth in time; resolved: each lug's tip;
+                         # auto: resolved where lug_width is at least 2 spacings (seen by the nodes) and 4 K (stays until shear is mobilised), else mean
 theta_m_law: linear      # closure wong: linear, or wong_braking (eq 2.13 when braking)
 relaxation_length: 1     # [1] 0.01..100 closure wong: rolling distance, in contact lengths, in which the shear displacement renews
 rate_reference: 10 mm/s  # [m/s] > 0 speed at which the soil was tested (effects pressure_rate, shear_rate)
@@ -70,6 +72,8 @@ Options read(const ConfigNode& o) {
     else if (word != "soil")
       s.reference_width = width.as_quantity("m", Range::positive());
   }
+  const std::string lugs = o.choice_or("lugs", "auto", {"auto", "mean", "resolved"});
+  s.wheel.lugs = lugs == "mean" ? node::Lugs::mean : lugs == "resolved" ? node::Lugs::resolved : node::Lugs::automatic;
   s.wheel.rate_reference = o.quantity_or("rate_reference", s.wheel.rate_reference, "m/s", Range::positive());
   s.wheel.rate_least = o.quantity_or("rate_least", s.wheel.rate_least, "m/s", Range::positive());
   const std::size_t before = o.errors();
@@ -356,7 +360,9 @@ ModelInfo soil_node_model() {
           "dynamic Bekker on soil nodes: every node remembers its depth and its shear",
           "ruts and repeated passes, rough ground, any motion, lugs and meshes, soils by place, rate and bulldozing "
           "effects; parks on slopes",
-          "no flow of soil to the sides (ruts have vertical walls), soil stays below the node it was pressed in",
+          "no flow of soil to the sides (ruts have vertical walls), soil stays below the node it was pressed in; "
+          "narrow lugs as "
+          "mean pressure of tips and tread (option lugs)",
           kDefaults,
           [](const TerrainArgs& a) -> std::unique_ptr<Terrain> {
             Options options = read(a.options);

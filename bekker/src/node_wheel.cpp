@@ -5,8 +5,18 @@
 
 namespace grouser::bekker::node {
 
+namespace {
+
+double largest_K(const std::vector<WheelSoil>& soils) {
+  double K = 0;
+  for (const WheelSoil& s : soils) K = std::max(K, s.material.K);
+  return K;
+}
+
+}  // namespace
+
 NodeWheel::NodeWheel(const BodySpec& body, std::vector<WheelSoil> soils, const WheelOptions& options)
-    : print_(body.gear),
+    : print_(body.gear, options.lugs, 4 * largest_K(soils)),
       soils_(std::move(soils)),
       options_(options),
       slip_radius_(body.gear.radius()),

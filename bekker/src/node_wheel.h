@@ -34,6 +34,7 @@ struct WheelOptions {
   PatchOptions patch;
   double rate_reference = 0.01, rate_least = 1e-4;  ///< [m/s]
   double gravity = 9.81;
+  Lugs lugs = Lugs::automatic;
 };
 
 class NodeWheel {

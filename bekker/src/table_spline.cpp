@@ -40,7 +40,10 @@ std::vector<float> spline_coefficients(const std::vector<double>& values, std::a
   std::vector<double> c = along(values, n[0] * n[1], n[2], channels);
   c = along(c, n[0], n[1], (n[2] + 2) * channels);
   c = along(c, 1, n[0], (n[1] + 2) * (n[2] + 2) * channels);
-  return {c.begin(), c.end()};
+  std::vector<float> out(c.begin(), c.end());
+  // An axis of one point has three coefficients where a query reads four, the last with weight zero: let it find a zero there.
+  out.resize(out.size() + static_cast<std::size_t>(n[1] + 4) * (n[2] + 2) * channels, 0.0f);
+  return out;
 }
 
 }  // namespace grouser::bekker

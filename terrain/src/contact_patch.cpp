@@ -11,7 +11,8 @@ namespace {
 struct Overlap {
   double area = 0;
   double dx = 0, dw = 0;        ///< chord vector: sum over the pieces inside, left to right
-  double int_x = 0, int_w = 0;  ///< integrals of x dx and w dx over the pieces inside
+  double q = 0, qx = 0, qw = 0;  ///< integrals of q dx, q x dx and q w dx over the pieces inside
+  double int_x = 0, int_w = 0;   ///< integrals of x dx and w dx over them
 };
 
 /// Mean of the discs' areas that lets a disc in gently: p(mean) = mean of p(a_i), p' = d/(r kTouch) while a disc is less than that deep
@@ -27,11 +28,15 @@ struct TouchMean {
   double from(double p) const { return p < 0.6 * full ? full * std::pow(p / (0.6 * full), 0.6) : p + 0.4 * full; }
 };
 
+constexpr double kShift = 1e-5;  // [m] half the difference for a slope across
+
 /// Angle of a point of the circle from the bottom, positive to +x.
 double angle_of(double x, double w) { return std::atan2(x, -w); }
 
 /// Polyline (x0 + k d, w[k]) cut at the circle. Green's theorem: area = 1/2 sum of cross products + arcs.
-Overlap overlap(double r, double x0, double d, const double* w, int n) {
+/// q[k]: fall of the polyline at vertex k for a shift of the disc along its axis; linear between the vertices like the polyline itself, so
+/// that the integral of q is exactly what the area gains.
+Overlap overlap(double r, double x0, double d, const double* w, const double* q, int n) {
   Overlap o;
   const double r2 = r * r;
   double cross = 0, arcs = 0;
@@ -48,8 +53,8 @@ Overlap overlap(double r, double x0, double d, const double* w, int n) {
       const double A = d * d + dw * dw, B = xa * d + wa * dw, D = B * B - A * da;
       inside = D > 0;
       if (inside) {
-        const double q = -(B + std::copysign(std::sqrt(D), B));
-        double sa = q / A, sb = q != 0 ? da / q : 0;
+        const double root = -(B + std::copysign(std::sqrt(D), B));
+        double sa = root / A, sb = root != 0 ? da / root : 0;
         if (sa > sb) std::swap(sa, sb);
         if (da >= 0) s0 = sa;
         if (db >= 0) s1 = sb;
@@ -67,6 +72,10 @@ Overlap overlap(double r, double x0, double d, const double* w, int n) {
       o.dw += w2 - w1;
       o.int_x += 0.5 * (x2 - x1) * (x1 + x2);
       o.int_w += 0.5 * (x2 - x1) * (w1 + w2);
+      const double q1 = q[k - 1] + s0 * (q[k] - q[k - 1]), q2 = q[k - 1] + s1 * (q[k] - q[k - 1]), third = (x2 - x1) / 6;
+      o.q += 3 * third * (q1 + q2);
+      o.qx += third * (q1 * (2 * x1 + x2) + q2 * (x1 + 2 * x2));
+      o.qw += third * (q1 * (2 * w1 + w2) + q2 * (w1 + 2 * w2));
     }
     xa = xb;
     wa = wb;
@@ -116,7 +125,7 @@ ContactPatch PatchFinder::find(const WheelPose& wheel, const Ground& ground) {
   const double first = std::floor((along - r) / spacing);
   const int n = static_cast<int>(std::ceil((along + r) / spacing) - first) + 1;
   const double x0 = first * spacing - along;
-  if (heights_.size() < static_cast<std::size_t>(n) * strips) heights_.resize(static_cast<std::size_t>(n) * strips);
+  if (heights_.size() < static_cast<std::size_t>(n) * (strips + 3)) heights_.resize(static_cast<std::size_t>(n) * (strips + 3));
 
   double top = -INFINITY, lowest = INFINITY;
   const auto offset = [&](int i) { return wheel.width * ((i + 0.5) / strips - 0.5); };
@@ -148,7 +157,12 @@ ContactPatch PatchFinder::find(const WheelPose& wheel, const Ground& ground) {
     slope = -normal.dot(side) / normal.z();
   }
   const double denominator = z_C.z() - slope * z_C.dot(side);  // grad S . z_C
-  const double q = (y_C.z() - slope * y_C.dot(side)) / denominator;
+  // How the area changes with a sideways shift needs each strip's own slope: on a plane that is the fitted one.
+  const bool plane = !std::isfinite(ground.resolution());
+  double* const fall = heights_.data() + static_cast<std::size_t>(n) * strips;
+  double* const left = fall + n;
+  double* const right = left + n;
+  std::fill(fall, fall + n, (y_C.z() - slope * y_C.dot(side)) / denominator);
 
   const TouchMean touch(r);
   double area = 0, centre_x = 0, centre_w = 0, centre_y = 0, length = 0;
@@ -158,13 +172,32 @@ ContactPatch PatchFinder::find(const WheelPose& wheel, const Ground& ground) {
     const double y = offset(i), hub_z = wheel.hub_W.z() + y * y_C.z();
     // In-plane height from the sample below the disc's lowest point, along the plane z_C.
     for (int k = 0; k < n; ++k) w[k] = (w[k] + slope * r * z_C.dot(side) - hub_z) / denominator;
-    const Overlap o = overlap(r, x0, spacing, w, n);
+    if (!plane) {
+      int from = 0, to = n;  // vertices in the disc and their neighbours
+      const auto outside = [&](int k) { return (x0 + k * spacing) * (x0 + k * spacing) + w[k] * w[k] >= r * r; };
+      while (from < to && outside(from)) ++from;
+      while (to > from && outside(to - 1)) --to;
+      if (from == to) {  // a piece may still cut it
+        from = 0;
+        to = n;
+      }
+      from = std::max(from - 1, 0);
+      to = std::min(to + 1, n);
+      const Vec3 base = wheel.hub_W + y * y_C - r * z_C;
+      const double bx = base.x() + (x0 + from * spacing) * x_C.x(), by = base.y() + (x0 + from * spacing) * x_C.y();
+      const double ex = kShift * side.x(), ey = kShift * side.y();
+      ground.heights(bx + ex, by + ey, spacing * x_C.x(), spacing * x_C.y(), to - from, left);
+      ground.heights(bx - ex, by - ey, spacing * x_C.x(), spacing * x_C.y(), to - from, right);
+      for (int k = from; k < to; ++k)
+        fall[k] = (y_C.z() - (left[k - from] - right[k - from]) / (2 * kShift) * y_C.dot(side)) / denominator;
+    }
+    const Overlap o = overlap(r, x0, spacing, w, fall, n);
     if (!(o.dx > 0) && !(o.area > 0)) continue;
     area += touch.to(o.area);
     const double share = touch.share(o.area);
-    const Vec3 ci = share * (-o.dw * x_C + o.dx * q * y_C + o.dx * z_C);
+    const Vec3 ci = share * (-o.dw * x_C + o.q * y_C + o.dx * z_C);
     c += ci;
-    m += y * y_C.cross(ci) + share * q * (o.int_x * z_C - o.int_w * x_C);
+    m += y * y_C.cross(ci) + share * (o.qx * z_C - o.qw * x_C);
     centre_x += share * o.int_x;
     centre_w += share * o.int_w;
     centre_y += share * y * o.dx;

@@ -151,5 +151,59 @@ TEST(SoilNodeLocal, EachEffectDoesWhatItSays) {
   EXPECT_GT(share, 0);
 }
 
+TEST(SoilNodeLocal, UprightWheelAlongTheGridAnswersAsTheGeneralPathDoes) {
+  // A wheel along the grid is summed row by row. The same state with the grid turned by 1e-11 rad takes the general path, its nodes moved by
+  // 1e-12 m. One step from each of 40 states on the way: all rates of the hub at once, waves, two soils, lugs as a mean, backwards.
+  const std::string soil = std::string(GROUSER_SOURCE_DIR) + "/examples/soils/dry_sand.yaml";
+  const std::string regions = "regions: [{x: [-1 m, 1 m], y: [0.01 m, 1 m], soil: " + soil + "}]";
+  const auto waves = ground_of([](double x, double y) { return 0.002 * std::sin(40 * x + 25 * y); });
+  const LuggedCylinder lugs{0.125, 0.16, 5.5e-3, 2e-3, 30, 0.08, 0.219, 2, 0};
+  for (const RunningGear& gear : {mit_wheel(), RunningGear{"lugs", lugs}})
+    for (const std::string& options : {std::string(), regions})
+      for (const double heading : {0.0, pi}) {
+        std::unique_ptr<Terrain> rows = soil_nodes(mojave_soil(), options, waves),
+                                 general = soil_nodes(mojave_soil(), options, waves);
+        for (Terrain* t : {rows.get(), general.get()}) t->add_body({"wheel", gear, {}});
+        BodyMotion m;
+        BodyResult a, o;
+        double force = 0, K = 0, stored = 0, spent = 0;
+        for (int i = 0; i < 400; ++i) {
+          const double t = 1e-3 * i, gone = rows->energy().dissipated;
+          m.X_WB_end.p = Vec3(v * t, 0.01 * t, gear.outer_radius() - 0.006 - 0.01 * t);
+          m.X_WB_end.q = Quat(Eigen::AngleAxisd(heading, Vec3::UnitZ()));
+          m.V_WB_end = {Vec3(v, 0.01, -0.01), Vec3(0.05, std::cos(heading) * v / r / 0.5, 0.1)};
+          const bool compared = i % 10 == 9;
+          if (compared) {
+            State saved, turned;
+            rows->traverse(saved);
+            for (State::Field f : saved.fields()) {
+              if (f.name.ends_with("heading")) f.real[0] += 1e-11;
+              turned.append(std::move(f));
+            }
+            turned.rewind(State::Mode::load);
+            general->traverse(turned);
+          }
+          rows->step(t, 1e-3, {&m, 1}, {&a, 1});
+          if (!compared) continue;
+          general->step(t, 1e-3, {&m, 1}, {&o, 1});
+          ASSERT_GT(o.impulse.norm(), 0);
+          force = std::max({force, (a.impulse - o.impulse).norm() / o.impulse.norm(),
+                            (a.angular_impulse - o.angular_impulse).norm() / o.impulse.norm() / r});
+          const Mat6 &Ka = a.linearisation->dF_dx, &Ko = o.linearisation->dF_dx;
+          K = std::max(K, (Ka - Ko).cwiseAbs().maxCoeff() / Ko.cwiseAbs().maxCoeff());
+          const EnergyLedger &ea = rows->energy(), &eo = general->energy();
+          stored = std::max(stored, std::abs(ea.stored - eo.stored) / eo.stored);
+          spent = std::max(spent, std::abs(ea.dissipated - eo.dissipated) / std::abs(ea.dissipated - gone));
+        }
+        std::printf(
+            "%s, %s, heading %.1f: rows against the general path %.1e force, %.1e stiffness, %.1e and %.1e energy\n",
+            gear.name.c_str(), options.empty() ? "one soil" : "two soils", heading, force, K, stored, spent);
+        EXPECT_LT(force, 1e-9);
+        EXPECT_LT(K, 1e-9);
+        EXPECT_LT(stored, 1e-9);
+        EXPECT_LT(spent, 1e-9);
+      }
+}
+
 }  // namespace
 }  // namespace grouser::test

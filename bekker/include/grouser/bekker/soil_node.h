@@ -14,6 +14,9 @@ namespace grouser::bekker {
 /// type A, B or C, K0 = 1/f'(0). Straight sliding by j gives tau = (c + p tan phi) f(j); back and forth is elastic: a parked wheel does not
 /// creep. u and J are forgotten when the pressure has gone. The pressure acts along the surface's own normal, so pushing soil down costs
 /// drawbar (compaction resistance).
+/// Lugs as a mean (option lugs, eqs 2.14, 2.15): p = mu k z^n + (1 - mu) k z_ca^n on the cylinder over the tips, z_ca depth of the tread;
+/// ku by the work of both, R p^2/(mu p_t z + (1 - mu) p_ca z_ca). `auto` takes lugs one by one (tips and tread, flanks carry nothing) from a
+/// width of 2 spacings and 4 K.                                                                                   (N5)
 /// Closure `wong` (option): stresses of bekker.steady from the wheel's own theta_f, summed over the nodes; smooth cylinders only; for
 /// comparison with the steady wheel, not for vehicles that park or bounce.
 /// Effects, off by default: soil_damping, bulldozing, slip_sinkage_exponent, pressure_rate, shear_rate (closure wong: soil_damping).
