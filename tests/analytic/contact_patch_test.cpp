@@ -126,6 +126,32 @@ TEST(ContactPatch, SinkageRateIsMinusTheGeneralisedNormalTimesTheTwist) {
   }
 }
 
+// The sinkage at two places a micrometre apart against g: ground whose slope differs from strip to strip, upright and rolled wheels. Allowed:
+// 1e-4 of a unit slope, what is left of the difference over the strip's own kinks; one slope for all strips was up to 0.1 off.
+TEST(ContactPatch, SinkageRateHoldsWhereTheGroundVariesAcrossTheWheel) {
+  const GroundPtr ground = ground_of(
+      [](double x, double y) { return 0.02 * std::sin(2 * pi * y / 0.4) + 0.004 * std::sin(31 * x + 11 * y); }, 2e-3);
+  std::mt19937 rng(5);
+  std::uniform_real_distribution<double> u(0, 1);
+  PatchFinder finder;
+  int seen = 0;
+  for (int i = 0; i < 200; ++i) {
+    Vec3 hub(u(rng), u(rng), 0);
+    hub.z() = ground->height(hub.x(), hub.y()) + 0.13 - 0.004 - 0.012 * u(rng);
+    const double yaw = 0.3 * u(rng);
+    const ContactPatch p = finder.find(pose(hub, yaw), *ground);
+    if (!p.contact) continue;
+    ++seen;
+    const double d = 1e-6;
+    for (const Vec3& way : {Vec3(Vec3::UnitX()), Vec3(Vec3::UnitY()), Vec3(Vec3::UnitZ())}) {
+      const double ahead = finder.find(pose(hub + d * way, yaw), *ground).sinkage;
+      const double behind = finder.find(pose(hub - d * way, yaw), *ground).sinkage;
+      EXPECT_NEAR((ahead - behind) / (2 * d), -p.g.head<3>().dot(way), 1e-4) << "pose " << i << " along " << way.transpose();
+    }
+  }
+  EXPECT_GT(seen, 150);
+}
+
 TEST(ContactPatch, ForceFromThePotentialDoesNoNetWorkAroundAClosedLoopOnRoughGround) {
   const GroundPtr ground = ground_of(
       [](double x, double) {

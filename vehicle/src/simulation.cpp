@@ -225,7 +225,7 @@ class Run {
     r.end_state_hash = state.hash_text();
     const VehicleEnergy& e = world_->energy();
     r.energy_residual_ratio =
-        std::abs(total_residual(e, world_->terrain().energy(), totals_.soil_0)) / std::max(e.gross, 1e-12);
+        std::abs(total_residual(e, world_->terrain().energy(), totals_.soil_0)) / std::max(e.gross, 1e-6);  // [J] parked: nothing to compare with
     r.joint_drift_m = totals_.drift;
     r.total_mass = scenario_.vehicle.total_mass();
     // The last state is a checkpoint too: a longer run may go on from it.
