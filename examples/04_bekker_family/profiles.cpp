@@ -237,7 +237,8 @@ void evaluate(const Wheel& model, const Cases& all, std::vector<Cells>& changes,
 void study(const Arguments& a) {
   Store store(
       a.results / "profiles.csv",
-      {"MER wheel of Table 3.3, 30 lugs resolved or as the cylinder over them, 8.155 kg, 0.1 m/s, slip (r w - v)/(r "
+      {"MER wheel of Table 3.3, 30 lugs carried by their mean pressure (eqs 2.14, 2.15) or as the cylinder over them, "
+       "8.155 kg, 0.1 m/s, slip (r w - v)/(r "
        "w), r without lugs or of the cylinder",
        "soil: lunar_soil_nominal, a catalogue soil in place of the dissertation's simulant, for which no Bekker "
        "parameters are printed",
