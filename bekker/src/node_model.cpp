@@ -323,15 +323,7 @@ class SoilNode final : public Terrain {
       s.field("j0", box.j0);
       s.field("j1", box.j1);
       if (options_.wong) {
-        SteadyWheel::State& w = wong_[i].steady().state();
-        s.field("shear_displacement", w.shear.u);
-        s.field("largest_shear_displacement", w.shear.y);
-        s.field("direction", w.direction);
-        s.field("slip", w.slip);
-        s.field("elastic", w.elastic);
-        s.field("fresh", w.fresh);
-        s.field("normal", w.g);
-        s.field("stick", w.stick);
+        wong_[i].steady().traverse(s);
       } else {
         NodeWheel::State& w = wheels_[i].state();
         s.field("stored", w.stored);

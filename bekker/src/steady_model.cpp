@@ -102,15 +102,7 @@ class Steady final : public Terrain {
   void do_traverse(State& s) override {
     for (std::size_t i = 0; i < wheels_.size(); ++i) {
       const auto group = s.group("wheel" + std::to_string(i));
-      SteadyWheel::State& w = wheels_[i].state();
-      s.field("shear_displacement", w.shear.u);
-      s.field("largest_shear_displacement", w.shear.y);
-      s.field("direction", w.direction);
-      s.field("slip", w.slip);
-      s.field("elastic", w.elastic);
-      s.field("fresh", w.fresh);
-      s.field("normal", w.g);
-      s.field("stick", w.stick);
+      wheels_[i].traverse(s);
     }
   }
 

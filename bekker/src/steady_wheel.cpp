@@ -168,4 +168,15 @@ void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const Stea
   }
 }
 
+void SteadyWheel::traverse(grouser::State& s) {
+  s.field("shear_displacement", state_.shear.u);
+  s.field("largest_shear_displacement", state_.shear.y);
+  s.field("direction", state_.direction);
+  s.field("slip", state_.slip);
+  s.field("elastic", state_.elastic);
+  s.field("fresh", state_.fresh);
+  s.field("normal", state_.g);
+  s.field("stick", state_.stick);
+}
+
 }  // namespace grouser::bekker

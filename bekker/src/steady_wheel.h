@@ -51,6 +51,7 @@ class SteadyWheel {
   };
   State& state() { return state_; }
   const State& state() const { return state_; }
+  void traverse(grouser::State& s);
   double spent() const { return spent_; }
   double integration() const { return integration_; }
   double placed() const { return placed_; }  ///< [J] held when the wheel was set down

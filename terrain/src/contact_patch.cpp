@@ -72,10 +72,10 @@ Overlap overlap(double r, double x0, double d, const double* w, const double* q,
       o.dw += w2 - w1;
       o.int_x += 0.5 * (x2 - x1) * (x1 + x2);
       o.int_w += 0.5 * (x2 - x1) * (w1 + w2);
-      const double q1 = q[k - 1] + s0 * (q[k] - q[k - 1]), q2 = q[k - 1] + s1 * (q[k] - q[k - 1]), third = (x2 - x1) / 6;
-      o.q += 3 * third * (q1 + q2);
-      o.qx += third * (q1 * (2 * x1 + x2) + q2 * (x1 + 2 * x2));
-      o.qw += third * (q1 * (2 * w1 + w2) + q2 * (w1 + 2 * w2));
+      const double q1 = q[k - 1] + s0 * (q[k] - q[k - 1]), q2 = q[k - 1] + s1 * (q[k] - q[k - 1]), sixth = (x2 - x1) / 6;
+      o.q += 3 * sixth * (q1 + q2);
+      o.qx += sixth * (q1 * (2 * x1 + x2) + q2 * (x1 + 2 * x2));
+      o.qw += sixth * (q1 * (2 * w1 + w2) + q2 * (w1 + 2 * w2));
     }
     xa = xb;
     wa = wb;
