@@ -6,6 +6,7 @@
 #include "grouser/terrain/loaders.h"
 #include "node_wheel.h"
 #include "node_wong.h"
+#include "reference_width.h"
 
 namespace grouser::bekker {
 
@@ -64,14 +65,7 @@ Options read(const ConfigNode& o) {
   };
   s.spacing = length_or_word("spacing", "auto", 0, 0);
   s.rebound = o.quantity_or("unloading_rebound", s.rebound, "1", Range::between(0.01, 1));
-  const ConfigNode width = o.node("reference_width");
-  if (width.present()) {
-    const std::string word = width.is_scalar() ? width.as_text() : "";
-    if (word == "wheel")
-      s.reference_width = 0;
-    else if (word != "soil")
-      s.reference_width = width.as_quantity("m", Range::positive());
-  }
+  s.reference_width = read_reference_width(o);
   const std::string lugs = o.choice_or("lugs", "auto", {"auto", "mean", "resolved"});
   s.wheel.lugs = lugs == "mean" ? node::Lugs::mean : lugs == "resolved" ? node::Lugs::resolved : node::Lugs::automatic;
   s.wheel.rate_reference = o.quantity_or("rate_reference", s.wheel.rate_reference, "m/s", Range::positive());

@@ -1,6 +1,7 @@
 #include <stdexcept>
 
 #include "grouser/bekker/steady.h"
+#include "reference_width.h"
 #include "steady_wheel.h"
 
 namespace grouser::bekker {
@@ -28,14 +29,7 @@ SteadyOptions read(const ConfigNode& o) {
   s.method = method == "nonlinear" ? Method::nonlinear : method == "quadratic" ? Method::quadratic : Method::linear;
   if (o.choice_or("lateral", "isotropic", {"isotropic", "anisotropic"}) == "anisotropic")
     s.lateral = Lateral::anisotropic;
-  const ConfigNode width = o.node("reference_width");
-  if (width.present()) {
-    const std::string word = width.is_scalar() ? width.as_text() : "";
-    if (word == "wheel")
-      s.reference_width = 0;
-    else if (word != "soil")
-      s.reference_width = width.as_quantity("m", Range::positive());
-  }
+  s.reference_width = read_reference_width(o);
   s.relaxation_length = o.quantity_or("relaxation_length", 1, "1", Range::between(0.01, 100));
   s.quadrature.points = static_cast<int>(o.integer_or("points", 10, 4, 96));
   s.quadrature.tolerance = o.quantity_or("tolerance", 0, "1", Range::between(0, 0.1));

@@ -32,7 +32,8 @@ struct PatchOptions {
 /// A force F(h) g is then conservative, continuous at touch-down and has no moment about the spin axis.
 ///
 /// Limits: on a plane exact (camber and side slope included); elsewhere the ground is a polyline of spacing
-/// max(r/samples_per_radius, min(Ground::resolution(), r/2)); its lateral slope is one fitted value per patch.
+/// max(r/samples_per_radius, min(Ground::resolution(), r/2)); its slope across is taken at
+/// each strip (where the camber enters, one fitted value). Over a vertical face across the width the overlap of a strip jumps.
 /// A hub below the ground still gives a patch (a up to pi).
 struct ContactPatch {
   bool contact = false;
