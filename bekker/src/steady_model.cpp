@@ -14,6 +14,7 @@ lateral: isotropic       # isotropic: shear against the sliding (eq 2.10); aniso
 theta_m_law: linear      # linear: theta_m = (a0 + a1 |s|) theta_f; wong_braking: eq 2.13 when braking
 reference_width: soil    # [m] > 0 width in the pressure law; soil: what the soil file says; wheel: the wheel's own
 relaxation_length: 1     # [1] 0.01..100 rolling distance, in contact lengths, in which the shear displacement renews
+stick_damping: 0.02 s    # 0..1 s: the shear displacement answers as u + tau u'; damps ringing at rest, nothing in steady rolling
 points: 10               # [1] 4..96 Gauss-Legendre points per smooth piece of the arc (method nonlinear)
 tolerance: 0             # [1] 0..0.1 relative; above 0 the points are doubled until the force changes by less
 strips: 3                # [1] 1..15 discs across the width
@@ -31,6 +32,7 @@ SteadyOptions read(const ConfigNode& o) {
     s.lateral = Lateral::anisotropic;
   s.reference_width = read_reference_width(o);
   s.relaxation_length = o.quantity_or("relaxation_length", 1, "1", Range::between(0.01, 100));
+  s.stick_damping = o.quantity_or("stick_damping", 0.02, "s", Range::between(0, 1));
   s.quadrature.points = static_cast<int>(o.integer_or("points", 10, 4, 96));
   s.quadrature.tolerance = o.quantity_or("tolerance", 0, "1", Range::between(0, 0.1));
   s.patch.strips = static_cast<int>(o.integer_or("strips", 3, 1, 15));

@@ -80,11 +80,11 @@ void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const Stea
   // States S2, S4, S5 over the step, exact for constant velocities.
   const double length = r * patch.angle, sigma = options_.relaxation_length * length, K = soil_.shear_displacement();
   const double rho = std::abs(roll) / sigma;
-  const StickStep stick = grouser::bekker::advance(before.shear, slide, rho, K, dt);
+  const StickStep stick = grouser::bekker::advance(before.shear, slide, rho, K, options_.stick_damping, dt);
   state_.shear = stick.end;
-  const Vec2& u = state_.shear.u;
-  const double q = std::min(u.norm() / K, 1.0), free = std::max(1 - q, kFull);
-  const ShearState e{u.x() / (sigma * free), u.y() / (sigma * free)};
+  const Vec2 &u = state_.shear.u, &felt = stick.felt;
+  const double q = std::min(felt.norm() / K, 1.0), free = std::max(1 - q, kFull);
+  const ShearState e{felt.x() / (sigma * free), felt.y() / (sigma * free)};
   const double travel = std::exp(-std::abs(V.x()) * dt / length);
   const double heading = V.x() < 0 ? -1.0 : 1.0;
   state_.direction = heading + (before.direction - heading) * travel;
@@ -111,15 +111,15 @@ void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const Stea
   Mat6 dx = -stiffness * patch.g * patch.g.transpose();
   Mat6 dv = Mat6::Zero();
   if (chi > 0 && factor > 0) dv -= chi * (b.pressure_z / factor) * patch.g * patch.g.transpose();
-  // Tangential: dW/de . de/du . du/d(slide): a spring in what the step adds to u, a damper in what rolling takes off again.
-  const Vec2 uh = u.norm() > 0 ? Vec2(u / u.norm()) : Vec2(Vec2::Zero());
+  // Tangential: dW/de . de/du . du/d(slide): a spring in what the step adds to u, a damper in what rolling takes off again and in tau.
+  const Vec2 uh = felt.norm() > 0 ? Vec2(felt / felt.norm()) : Vec2(Vec2::Zero());
   const Eigen::Matrix2d de_du = (Eigen::Matrix2d::Identity() + uh * uh.transpose() * (q / free)) / (sigma * free);
-  const Eigen::Matrix<double, 6, 2> W_u = b.by_e * de_du * stick.du_dv;
+  const Eigen::Matrix<double, 6, 2> W_u = b.by_e * de_du * stick.dfelt_dv;
   const Vec3 contact = patch.arm_W - r * patch.normal_W;
   Eigen::Matrix<double, 6, 2> row;  // slide = (-row0 . V, row1 . V)
   row.col(0) << -patch.forward_W, -contact.cross(patch.forward_W);
   row.col(1) << patch.lateral_W, contact.cross(patch.lateral_W);
-  const double kept = std::exp(-rho * dt);
+  const double kept = std::exp(-rho * dt) * dt / (dt + options_.stick_damping);
   for (int i = 0; i < 2; ++i) {
     const Vec6 column = lambda * to_world(W_u.col(i));
     if (row.col(i).dot(column) >= 0) continue;  // softening (types B and C past the peak) is left to the explicit part
@@ -140,8 +140,10 @@ void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const Stea
   const double capacity = lambda * b.capacity, q_before = before.shear.u.norm() / K;
   const double capacity_before = q_before > 0 ? 2 * before.stick / (K * q_before * q_before) : capacity;
   const Vec2 du = u - before.shear.u;
-  state_.stick = 0.5 * K * capacity * q * q;
-  spent_ = power * dt - recoverable - capacity / K * u.dot(du) - 0.5 * K * q * q * (capacity - capacity_before);
+  const double q_after = u.norm() / K;
+  state_.stick = 0.5 * K * capacity * q_after * q_after;
+  spent_ = power * dt - recoverable - capacity / K * u.dot(du) -
+           0.5 * K * q_after * q_after * (capacity - capacity_before);
   // End-of-step forces times displacements exceed the change of a potential by half its curvature times the displacement squared.
   // At touch-down the force also counts for the part of the step before contact.
   const double sink = sink_rate * dt, inside = std::min(sink, patch.sinkage);

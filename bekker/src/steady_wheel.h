@@ -11,6 +11,7 @@ struct SteadyOptions {
   PatchOptions patch;
   ThetaMLaw theta_m_law = ThetaMLaw::linear;
   double relaxation_length = 1;  ///< sigma / contact length [-]
+  double stick_damping = 0.02;   ///< tau of the shear displacement [s]
   Method method = Method::nonlinear;
   Lateral lateral = Lateral::isotropic;
   Quadrature quadrature;        ///< of the nonlinear method

@@ -19,10 +19,14 @@ double way_to(const Vec2& u, const Vec2& v, double y) {
   return b > 0 ? -c / (b + root) : (root - b) / a;
 }
 
-}  // namespace
+struct Displacement {
+  Stick end;
+  Eigen::Matrix2d du_dv;  // d(end u)/dv / dt
+  bool pressing = false;  // u is at y and takes y along
+};
 
-StickStep advance(const Stick& begin, const Vec2& v, double rho, double K, double dt) {
-  StickStep r;
+Displacement displace(const Stick& begin, const Vec2& v, double rho, double K, double dt) {
+  Displacement r;
   const double keep = std::exp(-rho * dt), whole = dt * mean_decay(rho * dt);
   const Vec2 trial = begin.u * keep + v * whole;
   const double reach = trial.norm(), edge = begin.y * keep;
@@ -40,10 +44,31 @@ StickStep advance(const Stick& begin, const Vec2& v, double rho, double K, doubl
   const double y = std::min(start * left + outward * rest * mean_decay(x), K);
   const Vec2 direction = trial / reach;
   r.end = {y * direction, y};
+  r.pressing = true;
   const double dy = rest * (mean_decay(x) + outward * rest / K * mean_decay_slope(x) - start / K * left);
   const double radial = dy * whole / part / dt, turning = y / reach * whole / dt;
   const Eigen::Matrix2d along = direction * direction.transpose();
   r.du_dv = radial * along + turning * (Eigen::Matrix2d::Identity() - along);
+  return r;
+}
+
+}  // namespace
+
+StickStep advance(const Stick& begin, const Vec2& v, double rho, double K, double tau, double dt) {
+  const Displacement d = displace(begin, v, rho, K, dt);
+  const double y = d.end.y;
+  const double lead = tau / (1 + rho * tau), share = 1 - rho * lead;  // less than 1/rho, else it could give energy
+  // Where the disc y is smaller than 1 mm/s moves `felt`, damping is dry friction, which has no derivative at rest: there none is told.
+  const double told = lead > 0 ? std::min(1.0, y / (lead * 1e-3)) : 0;
+  StickStep r{d.end, share * d.end.u + lead * v, d.du_dv};
+  r.dfelt_dv += told * (lead / dt * Eigen::Matrix2d::Identity() - rho * lead * d.du_dv);
+  const double reach = r.felt.norm();
+  if (reach <= y) return r;
+  const Vec2 n = r.felt / reach;
+  const Eigen::Matrix2d along = n * n.transpose();
+  r.felt = y * n;
+  r.dfelt_dv = (y / reach) * (Eigen::Matrix2d::Identity() - along) * r.dfelt_dv;
+  if (d.pressing) r.dfelt_dv += n * (d.end.u / y).transpose() * d.du_dv;
   return r;
 }
 

@@ -10,7 +10,7 @@ namespace {
 /// Overlap of one disc with the ground below a polyline, in the wheel plane, hub at the origin.
 struct Overlap {
   double area = 0;
-  double dx = 0, dw = 0;        ///< chord vector: sum over the pieces inside, left to right
+  double dx = 0, dw = 0;         ///< chord vector: sum over the pieces inside, left to right
   double q = 0, qx = 0, qw = 0;  ///< integrals of q dx, q x dx and q w dx over the pieces inside
   double int_x = 0, int_w = 0;   ///< integrals of x dx and w dx over them
 };
@@ -72,7 +72,8 @@ Overlap overlap(double r, double x0, double d, const double* w, const double* q,
       o.dw += w2 - w1;
       o.int_x += 0.5 * (x2 - x1) * (x1 + x2);
       o.int_w += 0.5 * (x2 - x1) * (w1 + w2);
-      const double q1 = q[k - 1] + s0 * (q[k] - q[k - 1]), q2 = q[k - 1] + s1 * (q[k] - q[k - 1]), sixth = (x2 - x1) / 6;
+      const double q1 = q[k - 1] + s0 * (q[k] - q[k - 1]), q2 = q[k - 1] + s1 * (q[k] - q[k - 1]),
+                   sixth = (x2 - x1) / 6;
       o.q += 3 * sixth * (q1 + q2);
       o.qx += sixth * (q1 * (2 * x1 + x2) + q2 * (x1 + 2 * x2));
       o.qw += sixth * (q1 * (2 * w1 + w2) + q2 * (w1 + 2 * w2));
@@ -125,7 +126,8 @@ ContactPatch PatchFinder::find(const WheelPose& wheel, const Ground& ground) {
   const double first = std::floor((along - r) / spacing);
   const int n = static_cast<int>(std::ceil((along + r) / spacing) - first) + 1;
   const double x0 = first * spacing - along;
-  if (heights_.size() < static_cast<std::size_t>(n) * (strips + 3)) heights_.resize(static_cast<std::size_t>(n) * (strips + 3));
+  if (heights_.size() < static_cast<std::size_t>(n) * (strips + 3))
+    heights_.resize(static_cast<std::size_t>(n) * (strips + 3));
 
   double top = -INFINITY, lowest = INFINITY;
   const auto offset = [&](int i) { return wheel.width * ((i + 0.5) / strips - 0.5); };
@@ -173,23 +175,24 @@ ContactPatch PatchFinder::find(const WheelPose& wheel, const Ground& ground) {
     // In-plane height from the sample below the disc's lowest point, along the plane z_C.
     for (int k = 0; k < n; ++k) w[k] = (w[k] + slope * r * z_C.dot(side) - hub_z) / denominator;
     if (!plane) {
-      int from = 0, to = n;  // vertices in the disc and their neighbours
-      const auto outside = [&](int k) { return (x0 + k * spacing) * (x0 + k * spacing) + w[k] * w[k] >= r * r; };
-      while (from < to && outside(from)) ++from;
-      while (to > from && outside(to - 1)) --to;
-      if (from == to) {  // a piece may still cut it
-        from = 0;
-        to = n;
-      }
-      from = std::max(from - 1, 0);
-      to = std::min(to + 1, n);
+      // Pieces k to k + 1 that come within the disc, first to last; the fall elsewhere is not asked for.
+      const auto within = [&](int k) {
+        const double x = x0 + k * spacing, dw = w[k + 1] - w[k];
+        const double t = std::clamp(-(x * spacing + w[k] * dw) / (spacing * spacing + dw * dw), 0.0, 1.0);
+        const double px = x + t * spacing, pw = w[k] + t * dw;
+        return px * px + pw * pw < r * r;
+      };
+      int from = 0, to = n - 1;
+      while (from < to && !within(from)) ++from;
+      while (to > from && !within(to - 1)) --to;
+      const int vertices = to > from ? to - from + 1 : 0;
       const Vec3 base = wheel.hub_W + y * y_C - r * z_C;
       const double bx = base.x() + (x0 + from * spacing) * x_C.x(), by = base.y() + (x0 + from * spacing) * x_C.y();
       const double ex = kShift * side.x(), ey = kShift * side.y();
-      ground.heights(bx + ex, by + ey, spacing * x_C.x(), spacing * x_C.y(), to - from, left);
-      ground.heights(bx - ex, by - ey, spacing * x_C.x(), spacing * x_C.y(), to - from, right);
-      for (int k = from; k < to; ++k)
-        fall[k] = (y_C.z() - (left[k - from] - right[k - from]) / (2 * kShift) * y_C.dot(side)) / denominator;
+      ground.heights(bx + ex, by + ey, spacing * x_C.x(), spacing * x_C.y(), vertices, left);
+      ground.heights(bx - ex, by - ey, spacing * x_C.x(), spacing * x_C.y(), vertices, right);
+      for (int k = 0; k < vertices; ++k)
+        fall[from + k] = (y_C.z() - (left[k] - right[k]) / (2 * kShift) * y_C.dot(side)) / denominator;
     }
     const Overlap o = overlap(r, x0, spacing, w, fall, n);
     if (!(o.dx > 0) && !(o.area > 0)) continue;

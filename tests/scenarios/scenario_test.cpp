@@ -99,6 +99,15 @@ TEST(Scenario, SteeredVehicleReachesItsWaypoints) {
   }
 }
 
+TEST(Scenario, ABrakedRobotAcrossASlopeStaysWithinATenthOfAMillimetre) {
+  // Ten seconds; a minute of every vehicle and heading is in the slow set.
+  for (const char* model : {"bekker.steady", "rigid"}) {
+    const Folder f;
+    run(parked(f.path(), "skid_robot.yaml", "90 deg"), f.path() / "out", model, 10);
+    EXPECT_LT(greatest_way(RunFile(f.path() / "out/run.h5").read("chassis.position")), 1e-4) << model;
+  }
+}
+
 TEST(Scenario, UrdfAndYamlRobotSettleAtTheSameLoads) {
   const Folder f;
   run(examples / "02_robot_rough_ground/robot_sinusoid.yaml", f.path() / "yaml", "bekker.steady", 0.02);

@@ -3,10 +3,13 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "grouser/models.h"
 #include "grouser/terrain/recorder.h"
@@ -70,6 +73,21 @@ inline RunSummary run(const fs::path& scenario, const fs::path& out, const std::
   o.threads = threads;
   if (duration > 0) o.duration = duration;
   return run_scenario(scenario, all_models(), o);
+}
+
+/// The shipped parking scenario with another vehicle and heading, written into `folder`.
+inline fs::path parked(const fs::path& folder, const std::string& vehicle, const std::string& yaw) {
+  const std::string text = replaced(shipped("robot_slope_parked.yaml"), "skid_robot.yaml", vehicle);
+  std::ofstream(folder / "parked.yaml") << text << "start: {yaw: " << yaw << "}\n";
+  return folder / "parked.yaml";
+}
+
+/// Greatest distance from the first frame, of x, y, z, x, y, z, ... [m].
+inline double greatest_way(const std::vector<double>& p) {
+  double way = 0;
+  for (std::size_t i = 0; i + 2 < p.size(); i += 3)
+    way = std::max(way, std::hypot(p[i] - p[0], p[i + 1] - p[1], p[i + 2] - p[2]));
+  return way;
 }
 
 inline double last(const RunFile& f, const std::string& channel) { return f.read(channel).back(); }
