@@ -2,41 +2,22 @@
 
 #include <charconv>
 #include <cmath>
-#include <fstream>
-
-#include "grouser/terrain/csv.h"
-#include "grouser/terrain/recorder.h"
 
 namespace grouser::report {
 
-Table read_table(const std::filesystem::path& file) {
-  if (!std::ifstream(file)) throw ResultsError(file.string() + ": cannot be opened");
-  const CsvFile csv = CsvFile::read(file);
-  Table t;
-  t.notes = csv.notes();
-  std::vector<CsvCell> cells;
-  for (const auto& [line, text] : csv.rows()) {
-    CsvFile::split(text, cells);
-    std::vector<std::string> row;
-    for (CsvCell& c : cells) row.push_back(std::move(c.text));
-    if (t.columns.empty()) {
-      t.columns = std::move(row);
-      continue;
-    }
-    if (row.size() != t.columns.size())
-      throw ResultsError(file.string() + ":" + std::to_string(line) + ": " + std::to_string(row.size()) +
-                         " cells where the header has " + std::to_string(t.columns.size()));
-    t.rows.push_back(std::move(row));
-  }
-  if (t.columns.empty()) throw ResultsError(file.string() + ": no header line");
+CsvRecords read_table(const std::filesystem::path& file) {
+  FileErrors errors(file);
+  CsvRecords t = CsvRecords::read(file, errors);
+  errors.check();
   return t;
 }
 
-nlohmann::json to_json(const Table& t) {
+nlohmann::json to_json(const CsvRecords& t) {
   nlohmann::json rows = nlohmann::json::array();
-  for (const auto& r : t.rows) {
+  for (const CsvRecords::Row& r : t.rows) {
     nlohmann::json row = nlohmann::json::array();
-    for (const std::string& s : r) {
+    for (const CsvCell& cell : r.cells) {
+      const std::string& s = cell.text;
       double v = 0;
       const auto [end, failed] = std::from_chars(s.data(), s.data() + s.size(), v);
       const bool number = failed == std::errc() && end == s.data() + s.size();

@@ -9,14 +9,12 @@
 
 #include "csv.h"
 #include "grouser/terrain/config.h"
-#include "grouser/terrain/csv.h"
-#include "grouser/terrain/recorder.h"
 
 namespace grouser::report {
 
 namespace {
 
-using Row = std::vector<std::string>;
+using Row = CsvRecords::Row;
 
 bool same(const std::string& cell, const std::string& value) {
   const auto a = parse_number(cell), b = parse_number(value);
@@ -27,53 +25,34 @@ bool same(const std::string& cell, const std::string& value) {
 class Tables {
  public:
   /// nullptr: the file is not there or is not a table; noted at the node.
-  const Table* at(const ConfigNode& node) {
+  const CsvRecords* at(const ConfigNode& node) {
     const std::size_t before = node.errors();
     const std::filesystem::path file = node.existing_file("file");
     if (node.errors() != before) return nullptr;
     const auto found = tables_.find(file);
     if (found != tables_.end()) return &found->second;
-    try {
-      return &tables_.emplace(file, read_table(file)).first->second;
-    } catch (const ResultsError& e) {
-      node.error_at("file", e.what());
-      return nullptr;
-    }
+    FileErrors errors(file);
+    CsvRecords table = CsvRecords::read(file, errors);
+    errors.report_to(node);
+    return errors.any() ? nullptr : &tables_.emplace(file, std::move(table)).first->second;
   }
 
  private:
-  std::map<std::filesystem::path, Table> tables_;
+  std::map<std::filesystem::path, CsvRecords> tables_;
 };
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string out;
-  for (const std::string& w : words) out += (out.empty() ? "" : ", ") + w;
-  return out;
-}
-
-std::optional<std::size_t> column_index(const Table& t, const std::string& name) {
-  const auto it = std::find(t.columns.begin(), t.columns.end(), name);
-  return it == t.columns.end() ? std::nullopt : std::optional(static_cast<std::size_t>(it - t.columns.begin()));
-}
-
-std::string unknown_column(const Table& t, const std::string& name) {
-  const auto near = did_you_mean(name, t.columns);
-  return "no column '" + name + "' in this file" + (near ? "; did you mean '" + *near + "'?" : "") +
-         " Columns: " + joined(t.columns);
-}
-
 /// Index of the column that `key` names; the error stands at the key.
-std::optional<std::size_t> column(const ConfigNode& node, const std::string& key, const Table& t) {
+std::optional<std::size_t> column(const ConfigNode& node, const std::string& key, const CsvRecords& t) {
   const std::size_t before = node.errors();
   const std::string name = node.text(key);
   if (node.errors() != before) return std::nullopt;
-  const auto k = column_index(t, name);
-  if (!k) node.error_at(key, unknown_column(t, name));
+  const auto k = t.column(name);
+  if (!k) node.error_at(key, t.unknown_column(name));
   return k;
 }
 
 /// Rows that meet `where`. With none an error, so that no empty figure passes for a result.
-std::vector<const Row*> selected(const ConfigNode& node, const Table& t) {
+std::vector<const Row*> selected(const ConfigNode& node, const CsvRecords& t) {
   std::vector<const Row*> rows;
   for (const Row& r : t.rows) rows.push_back(&r);
   const ConfigNode where = node.optional_map("where");
@@ -81,13 +60,13 @@ std::vector<const Row*> selected(const ConfigNode& node, const Table& t) {
   bool wrong = false;
   for (const std::string& name : where.keys()) {
     const std::string value = where.text(name);
-    const auto k = column_index(t, name);
+    const auto k = t.column(name);
     if (!k) {
-      where.error_at(name, unknown_column(t, name));
+      where.error_at(name, t.unknown_column(name));
       wrong = true;
       continue;
     }
-    std::erase_if(rows, [&](const Row* r) { return !same((*r)[*k], value); });
+    std::erase_if(rows, [&](const Row* r) { return !same(r->cells[*k].text, value); });
   }
   where.finish();
   if (rows.empty() && !wrong) node.error_at("where", "no row of the file meets this");
@@ -95,16 +74,17 @@ std::vector<const Row*> selected(const ConfigNode& node, const Table& t) {
 }
 
 /// Numbers of one column; a cell that is none is an error at `key`.
-std::vector<double> values(const ConfigNode& node, const std::string& key, const Table& t, std::size_t column,
+std::vector<double> values(const ConfigNode& node, const std::string& key, const CsvRecords& t, std::size_t column,
                            const std::vector<const Row*>& rows, double scale) {
   std::vector<double> out;
   for (const Row* r : rows) {
-    const std::string& cell = (*r)[column];
+    const auto& [cell, place] = r->cells[column];
     const bool gap = cell.empty() || cell == "nan";
     const auto v = gap ? std::numeric_limits<double>::quiet_NaN() : parse_number(cell);
     if (!v) {
-      node.error_at(key, "column '" + t.columns[column] + "', data row " + std::to_string(r - t.rows.data() + 1) +
-                             ": '" + cell + "' is not a number");
+      node.report({t.file.string(), r->line, place,
+                   "column '" + t.columns[column] + "': '" + cell +
+                       "' is not a number; the file of figures draws it as " + key});
       return {};
     }
     out.push_back(*v * scale);
@@ -117,8 +97,9 @@ std::vector<std::pair<std::string, std::vector<const Row*>>> groups(const std::v
                                                                     std::size_t column) {
   std::vector<std::pair<std::string, std::vector<const Row*>>> out;
   for (const Row* r : rows) {
-    const auto it = std::find_if(out.begin(), out.end(), [&](const auto& g) { return g.first == (*r)[column]; });
-    auto& group = it == out.end() ? out.emplace_back((*r)[column], std::vector<const Row*>{}) : *it;
+    const auto it =
+        std::find_if(out.begin(), out.end(), [&](const auto& g) { return g.first == r->cells[column].text; });
+    auto& group = it == out.end() ? out.emplace_back(r->cells[column].text, std::vector<const Row*>{}) : *it;
     group.second.push_back(r);
   }
   return out;
@@ -131,7 +112,7 @@ void read_series(const ConfigNode& node, Tables& tables, Plot& plot) {
       node.choice_or("style", "line", {"line", "dashed", "points"})));
   s.colour = static_cast<int>(node.integer_or("colour", -1, 0, 7));
   const double x_scale = node.quantity_or("x_scale", 1, "1"), y_scale = node.quantity_or("y_scale", 1, "1");
-  if (const Table* t = tables.at(node)) {
+  if (const CsvRecords* t = tables.at(node)) {
     const auto x = column(node, "x", *t), y = column(node, "y", *t);
     const auto error = node.has("error") ? column(node, "error", *t) : std::nullopt;
     const auto each = node.has("each") ? column(node, "each", *t) : std::nullopt;
@@ -184,21 +165,21 @@ FigureTable read_figure_table(const ConfigNode& node, Tables& tables) {
   std::vector<std::string> heads;
   for (const ConfigNode& h : node.optional_list("heads")) heads.push_back(h.as_text());
   const auto wanted = node.optional_list("columns");
-  if (const Table* t = tables.at(node)) {
+  if (const CsvRecords* t = tables.at(node)) {
     std::vector<std::size_t> kept;
     for (const ConfigNode& c : wanted) {
-      const auto k = column_index(*t, c.as_text());
+      const auto k = t->column(c.as_text());
       if (k)
         kept.push_back(*k);
       else
-        c.error(unknown_column(*t, c.as_text()));
+        c.error(t->unknown_column(c.as_text()));
     }
     if (wanted.empty())
       for (std::size_t k = 0; k < t->columns.size(); ++k) kept.push_back(k);
     for (const std::size_t k : kept) out.columns.push_back(t->columns[k]);
     for (const Row* r : selected(node, *t)) {
       auto& row = out.rows.emplace_back();
-      for (const std::size_t k : kept) row.push_back(shown((*r)[k], digits));
+      for (const std::size_t k : kept) row.push_back(shown(r->cells[k].text, digits));
     }
     if (!heads.empty() && heads.size() != kept.size())
       node.error_at("heads", std::to_string(heads.size()) + " heads for " + std::to_string(kept.size()) + " columns");

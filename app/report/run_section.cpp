@@ -191,6 +191,24 @@ void add_spectrum(Reader& r, json& out) {
   out["spectrum"] = {{"resolution", s.resolution}, {"segments", s.segments}, {"density", std::move(density)}};
 }
 
+/// Residual against the run's own yardstick (VehicleEnergy::yardstick). A run that did not end has none yet: then the positive motor
+/// work and the height energy given up are taken from the frames.
+void add_energy(const Reader& r, json& s) {
+  constexpr double nothing_done = 1e-3;  // [J] below it a percentage says nothing
+  const double residual = r.last("energy.residual");
+  const auto motor = r.scalar("energy.motor");
+  double driven = motor.empty() ? 0 : std::max(0.0, motor.front()), fallen = -r.last("energy.potential");
+  for (std::size_t i = 1; i < motor.size(); ++i) driven += std::max(0.0, motor[i] - motor[i - 1]);
+  if (!(fallen > driven)) fallen = 0;
+  const std::string name = r.file.attribute("energy_yardstick");
+  const double yardstick = r.file.number("energy_yardstick_J", std::max(driven, fallen));
+  s["energy_residual_J"] = number_or_null(residual);
+  s["energy_yardstick_J"] = number_or_null(yardstick);
+  s["energy_yardstick"] = !name.empty() ? name : fallen > 0 ? "height energy given up" : "positive motor work";
+  s["energy_residual_ratio"] = number_or_null(
+      yardstick >= nothing_done ? r.file.number("energy_residual_ratio", std::abs(residual) / yardstick) : NAN);
+}
+
 void add_summary(Reader& r, json& out) {
   json s = json::object();
   const double simulated = r.time.empty() ? 0.0 : r.time.back() - r.time.front();
@@ -213,14 +231,7 @@ void add_summary(Reader& r, json& out) {
   s["deepest_wheel"] = deepest;
   for (double d : r.scalar("joint.drift")) drift = std::max(drift, std::abs(d));
   s["joint_drift_m"] = drift;
-  // The yardstick of the ledger: the greatest of what the motors gave, what the soil took, and the kinetic energy.
-  const double residual = r.last("energy.residual");
-  double scale = 0;
-  for (const char* name : {"energy.motor", "energy.soil_work", "energy.soil_dissipated", "energy.kinetic"})
-    for (double e : r.scalar(name)) scale = std::isfinite(e) ? std::max(scale, std::abs(e)) : scale;
-  s["energy_residual_J"] = number_or_null(residual);
-  s["energy_residual_ratio"] =
-      number_or_null(r.file.number("energy_residual_ratio", scale > 0 ? std::abs(residual) / scale : NAN));
+  add_energy(r, s);
   const double wall = r.file.number("timing.wall_s", NAN);
   s["real_time_factor"] = number_or_null(wall > 0 ? r.file.number("simulated_s", simulated) / wall : NAN);
   json timing = json::object();
@@ -238,13 +249,16 @@ void add_warnings(Reader& r, json& out) {
   else if (!status.empty() && status != "finished")
     r.warnings.push_back("The run did not finish: " + status);
   if (r.time.empty()) r.warnings.push_back("The run has no frame yet");
+  const json noted = json::parse(r.file.attribute("warnings"), nullptr, false);
+  if (noted.is_array())
+    for (const json& w : noted) r.warnings.push_back(w);
   const json& s = out["summary"];
   char text[160];
   if (s["energy_residual_ratio"].is_number() && s["energy_residual_ratio"].get<double>() > 0.005) {
     std::snprintf(text, sizeof text,
-                  "The energy ledger does not close: residual %.3g J, %.2f %% of the work done (limit 0.5 %%)",
+                  "The energy ledger does not close: residual %.3g J, %.2f %% of the %s (limit 0.5 %%)",
                   s["energy_residual_J"].is_number() ? s["energy_residual_J"].get<double>() : NAN,
-                  100 * s["energy_residual_ratio"].get<double>());
+                  100 * s["energy_residual_ratio"].get<double>(), s["energy_yardstick"].get<std::string>().c_str());
     r.warnings.push_back(text);
   }
   if (s["joint_drift_m"].get<double>() > 1e-4) {

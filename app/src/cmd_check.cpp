@@ -1,10 +1,12 @@
 // grouser check: says of each file what it is and names every error in it.
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include "commands.h"
 #include "figure_file.h"
+#include "file_kind.h"
 #ifdef GROUSER_BEKKER
 #include "grouser/bekker/table.h"
 #endif
@@ -35,28 +37,30 @@ std::string check_yaml(const fs::path& file) {
   const ConfigDocument doc = ConfigDocument::from_file(file);
   doc.check();
   const ConfigNode root = doc.root();
-  if (root.has("scenario")) return vehicle::check_scenario(file, all_models()), "scenario";
-  if (root.has("rig")) return vehicle::check_rig(file, all_models()), "rig";
+  const auto kind = kind_of(root);
+  const std::string key = kind ? kind->key : "";
+  if (key == "scenario") return vehicle::check_scenario(file, all_models()), "scenario";
+  if (key == "rig") return vehicle::check_rig(file, all_models()), "rig";
 #ifdef GROUSER_DIAGNOSIS
-  if (root.has("fit")) return diagnosis::run_fit(file), "fit";
+  if (key == "fit") return diagnosis::run_fit(file), "fit";
 #endif
-  if (root.has("vehicle")) return check_vehicle(file), "vehicle";
 #ifdef GROUSER_BEKKER
-  if (root.has("table")) return bekker::load_table_spec(file), "table";
+  if (key == "table") return bekker::load_table_spec(file), "table";
 #endif
-  if (root.has("wheel")) return load_running_gear_file(file), "wheel";
-  if (root.has("terrain")) return load_terrain(file), "terrain";
-  if (root.has("soil")) return load_soil_file(file), "soil";
-  if (root.has("items")) return report::read_figures(file), "figures";
-  if (root.has("shape") || root.is_list() || root.has("ground")) {
-    load_ground(root.has("ground") ? root.node("ground") : root, 0);
+  if (key == "items") return report::read_figures(file), "figures";
+  if (key == "vehicle") return check_vehicle(file), "vehicle";
+  if (key == "wheel") return load_running_gear_file(file), "wheel";
+  if (key == "terrain") return load_terrain(file), "terrain";
+  if (key == "soil") return load_soil_file(file), "soil";
+  const std::vector<ConfigNode> items = root.items();
+  if (key == "ground" || key == "shape" ||
+      std::any_of(items.begin(), items.end(), [](const ConfigNode& n) { return n.is_map(); })) {
+    load_ground(key == "ground" ? root.node("ground") : root, 0);
     doc.check();
     return "ground";
   }
-  throw ConfigError(
-      file.string(), root.line(), root.column(),
-      "cannot tell what this file is; it should begin with one of the keys scenario, rig, vehicle, wheel, "
-      "soil, terrain, ground, table, items, fit");
+  throw ConfigError(file.string(), root.line(), root.column(),
+                    "cannot tell what this file is; it should begin with one of the keys " + known_kinds());
 }
 
 std::string check_hdf5(const fs::path& file) {
@@ -73,6 +77,11 @@ std::string check_hdf5(const fs::path& file) {
 std::string check_one(const fs::path& file) {
   const std::string ext = file.extension().string();
   if (ext == ".h5") return check_hdf5(file);
+  if (!fs::exists(file)) throw ConfigError(file.string(), 0, 0, "the file does not exist");
+  if (ext == ".csv")
+    throw ConfigError(
+        file.string(), 0, 0,
+        "a table alone says nothing of its use; check the ground, rig, fit or figures file that names it");
   if (ext == ".urdf")
     throw ConfigError(
         file.string(), 0, 0,

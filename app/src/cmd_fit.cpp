@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "commands.h"
+#include "file_kind.h"
 #include "fit_page.h"
 #include "grouser/diagnosis/fit_file.h"
 #include "grouser/terrain/config.h"
@@ -57,6 +58,7 @@ void add_fit_command(CLI::App& cli, int& code) {
   cmd->add_option("--out", a->out, "folder for the results (default runs/fit-<file>)");
   cmd->add_flag("--overwrite", a->overwrite, "replace the results of an earlier fit");
   cmd->callback([a, &code] {
+    expect_kind(a->file, "fit");
     if (a->out.empty()) a->out = fs::path("runs") / ("fit-" + a->file.stem().string());
     if (fs::exists(a->out / "parameters.csv") && !a->overwrite)
       throw ConfigError(a->out.string(), 0, 0,

@@ -1,11 +1,14 @@
 // grouser list: models with their annotated defaults and effects, and the library of soils, wheels, vehicles, grounds.
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 
 #include "commands.h"
 #include "grouser/models.h"
 #include "grouser/terrain/config.h"
+#include "grouser/terrain/csv.h"
 #include "grouser/terrain/loaders.h"
 
 namespace grouser::app {
@@ -41,8 +44,11 @@ void print_effects(const ModelInfo& m) {
 }
 
 std::vector<fs::path> library_files(const std::string& what) {
+  const fs::path folder = library_folder() / what;
+  if (!fs::is_directory(folder))
+    throw ConfigError(folder.string(), 0, 0, "the library has no such folder; set GROUSER_LIBRARY to one that has it");
   std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(library_folder() / what)) {
+  for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string ext = entry.path().extension().string();
     if (ext == ".yaml" || ext == ".urdf") files.push_back(entry.path());
   }
@@ -50,30 +56,56 @@ std::vector<fs::path> library_files(const std::string& what) {
   return files;
 }
 
-int list_files(const std::string& what, const std::string& id) {
-  const std::string key = what.substr(0, what.size() - 1);  // soils -> soil
-  std::vector<std::string> names;
-  for (const fs::path& file : library_files(what)) {
-    names.push_back(file.stem().string());
-    const bool wanted = id.empty() || id == names.back() || id == file.filename().string();
-    if (!wanted) continue;
-    const ConfigDocument doc = ConfigDocument::from_file(file);
-    if (!id.empty()) {
-      fmt::print("# {}\n{}", file.string(), doc.text());
-      return 0;
-    }
-    const ConfigNode root = doc.root();
-    fmt::print("{:<34} {}\n", file.filename().string(), root.is_map() ? root.text_or(key, "") : "");
-  }
-  if (id.empty()) return 0;
-  const auto near = did_you_mean(id, names);
-  throw ConfigError("list " + what, 0, 0, "no '" + id + "'" + (near ? "; did you mean '" + *near + "'?" : ""));
+/// One line on a library file: its title, or what the ground says of itself.
+std::string description(const fs::path& file, const std::string& what) {
+  if (file.extension() == ".urdf") return "URDF; the scenario names its wheels and motors";
+  if (what == "grounds") return load_ground_file(file, 1)->describe();
+  const ConfigNode root = ConfigDocument::from_file(file).root();
+  return root.is_map() ? root.text_or(what.substr(0, what.size() - 1), "") : "";  // soils -> soil
 }
+
+int list_files(const std::string& what, const std::string& id) {
+  const std::vector<fs::path> files = library_files(what);
+  std::size_t width = 0;
+  for (const fs::path& file : files) width = std::max(width, file.filename().string().size());
+  if (id.empty()) {
+    fmt::print("# {}\n", (library_folder() / what).string());
+    for (const fs::path& file : files)
+      fmt::print("{:<{}}  {}\n", file.filename().string(), width, description(file, what));
+    return 0;
+  }
+  std::vector<std::string> names;
+  for (const fs::path& file : files) {
+    names.push_back(file.stem().string());
+    if (id != names.back() && id != file.filename().string()) continue;
+    const bool xml = file.extension() == ".urdf";
+    fmt::print("{}", xml ? "" : "# " + file.string() + "\n");
+    fmt::print("{}", read_text_file(file));
+    return 0;
+  }
+  const auto near = did_you_mean(id, names);
+  throw ConfigError("list " + what, 0, 0,
+                    "no '" + id + "'" + (near ? "; did you mean '" + *near + "'?" : ".") + " 'grouser list " + what +
+                        "' shows all " + std::to_string(names.size()));
+}
+
+constexpr std::array<std::array<const char*, 2>, 6> listed{{{"models", "terrain models: what each can and cannot"},
+                                                            {"effects", "optional physics of the models"},
+                                                            {"soils", "soil files of the library"},
+                                                            {"wheels", "wheel files of the library"},
+                                                            {"vehicles", "vehicle files of the library"},
+                                                            {"grounds", "ground files of the library"}}};
 
 }  // namespace
 
 int list(const std::string& what, const std::string& id, bool yaml) {
-  const std::vector<std::string> known = {"models", "effects", "soils", "wheels", "vehicles", "grounds"};
+  if (what.empty()) {
+    fmt::print("grouser list WHAT [NAME], where WHAT is\n");
+    for (const auto& [name, text] : listed) fmt::print("  {:<9} {}\n", name, text);
+    return 0;
+  }
+  if (yaml && what != "models")
+    throw ConfigError("--yaml", 0, 0, "goes with 'list models'; 'list " + what + " NAME' shows a whole file");
   if (what == "models" || what == "effects") {
     for (const ModelInfo& m : all_models().models()) {
       if (!id.empty() && m.id != model_or_error(id).id) continue;
@@ -86,11 +118,13 @@ int list(const std::string& what, const std::string& id, bool yaml) {
     }
     return 0;
   }
+  std::vector<std::string> known;
+  for (const auto& entry : listed) known.emplace_back(entry[0]);
   if (std::find(known.begin(), known.end(), what) != known.end()) return list_files(what, id);
   const auto near = did_you_mean(what, known);
   throw ConfigError("list", 0, 0,
-                    "cannot list '" + what + "'" + (near ? "; did you mean '" + *near + "'?" : "") +
-                        " Known: models, effects, soils, wheels, vehicles, grounds");
+                    fmt::format("cannot list '{}'{} Known: {}", what, near ? "; did you mean '" + *near + "'?" : ".",
+                                fmt::join(known, ", ")));
 }
 
 }  // namespace grouser::app

@@ -6,6 +6,7 @@
 
 #include "commands.h"
 #include "figure_file.h"
+#include "file_kind.h"
 
 namespace grouser::app {
 
@@ -18,6 +19,7 @@ void add_plot_command(CLI::App& cli, int& code) {
   cmd->add_option("figures", a->figures, "file that names the columns to draw")->required();
   cmd->add_option("-o,--out", a->out, "file (default: the same name with .html)");
   cmd->callback([a, &code] {
+    expect_kind(a->figures, "items");
     const report::FigurePage page = report::read_figures(a->figures);
     if (a->out.empty()) a->out = std::filesystem::path(a->figures).replace_extension(".html");
     report::write_figure_page(page, a->out);

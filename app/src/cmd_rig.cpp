@@ -2,9 +2,11 @@
 #include <fmt/core.h>
 
 #include "commands.h"
+#include "file_kind.h"
 #include "folders.h"
 #include "grouser/models.h"
 #include "grouser/vehicle/rig.h"
+#include "option_text.h"
 #include "progress.h"
 #include "report.h"
 
@@ -33,15 +35,16 @@ void print_errors(const vehicle::RigSummary& s) {
 }  // namespace
 
 int rig(const RigArguments& a) {
+  expect_kind(a.rig, "rig");
   check_terrain_id(a.terrain);
-  vehicle::check_rig(a.rig, all_models());
   vehicle::RigOptions o;
   o.out = a.out.empty() ? default_folder(a.rig, a.terrain) : a.out;
   o.threads = a.threads;
   o.terrain = a.terrain;
   o.integrator = a.integrator;
-  o.slips = a.slips;
-  claim_folder(o.out, a.overwrite);
+  if (!a.slips.empty()) o.slips = option_quantities("--slips", a.slips, "1", Range::any());
+  vehicle::check_rig(a.rig, all_models(), o.terrain, o.slips);
+  check_folder(o.out, a.overwrite);
   ProgressLine line(a.quiet);
   o.progress = [&](double done, double total, double wall) {
     line.update(a.rig.stem().string(), done, total, wall, "s");

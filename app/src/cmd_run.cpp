@@ -5,10 +5,12 @@
 #include <cstdio>
 
 #include "commands.h"
+#include "file_kind.h"
 #include "folders.h"
 #include "grouser/models.h"
 #include "grouser/terrain/config.h"
 #include "grouser/vehicle/simulation.h"
+#include "option_text.h"
 #include "progress.h"
 #include "report.h"
 
@@ -18,14 +20,18 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr double nothing_done = 1e-3;  // [J] below it a percentage says nothing
+
 void print_summary(const vehicle::RunSummary& s) {
   const double other = std::max(0.0, s.wall_s - s.bullet_s - s.terrain_s - s.output_s);
   fmt::print("simulated {:.2f} s in {:.2f} s: {:.1f} times real time\n", s.simulated_s, s.wall_s,
              s.wall_s > 0 ? s.simulated_s / s.wall_s : 0.0);
   fmt::print("time: Bullet {:.2f} s, terrain {:.2f} s, output {:.2f} s, other {:.2f} s\n", s.bullet_s, s.terrain_s,
              s.output_s, other);
-  fmt::print("energy closes within {:.3f} % of the work done; joint drift {:.4f} mm\n", 100 * s.energy_residual_ratio,
-             1000 * s.joint_drift_m);
+  const std::string parked = s.energy_yardstick_J < nothing_done ? ", next to nothing: the vehicle stood" : "";
+  fmt::print("energy closes within {:.3f} % of the {} ({:.4g} J{}); joint drift {:.4f} mm\n",
+             100 * s.energy_residual_ratio, s.energy_yardstick, s.energy_yardstick_J, parked, 1000 * s.joint_drift_m);
+  for (const std::string& w : s.warnings) fmt::print("warning: {}\n", w);
   fmt::print("end state {}\n", s.end_state_hash);
 }
 
@@ -58,25 +64,19 @@ auto keep_what_was_written(const fs::path& folder, bool no_report, F&& f) {
   }
 }
 
-double duration_of(const std::string& text) {
-  const ConfigDocument doc = ConfigDocument::from_text("duration: " + text, "--duration");
-  const double s = doc.root().quantity("duration", "s", Range::positive());
-  doc.check();
-  return s;
-}
-
 }  // namespace
 
 int run(const RunArguments& a) {
+  expect_kind(a.scenario, "scenario");
   check_terrain_id(a.terrain);
   const fs::path folder = a.out.empty() ? default_folder(a.scenario, a.terrain) : a.out;
   vehicle::RunOptions o;
   o.out = folder;
   o.threads = a.threads;
   o.terrain = a.terrain;
-  if (a.duration) o.duration = duration_of(*a.duration);
+  if (a.duration) o.duration = option_quantity("--duration", *a.duration, "s", Range::positive());
   vehicle::check_scenario(a.scenario, all_models());
-  claim_folder(folder, a.overwrite);
+  check_folder(folder, a.overwrite);
   ProgressLine line(a.quiet);
   const std::string head = a.scenario.stem().string();
   o.progress = [&](const vehicle::Progress& p) { line.update(head, p.time, p.duration, p.wall_s, "s"); };

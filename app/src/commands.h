@@ -24,7 +24,7 @@ struct RigArguments {
   std::filesystem::path rig, out;
   std::optional<std::string> terrain;
   std::string integrator = "fixed";
-  std::vector<double> slips;
+  std::vector<std::string> slips;  ///< numbers or percentages
   int threads = 1;
   bool overwrite = false, no_report = false, quiet = false;
 };

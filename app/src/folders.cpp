@@ -13,14 +13,13 @@ fs::path default_folder(const fs::path& file, const std::optional<std::string>& 
   return fs::path("runs") / (file.stem().string() + "-" + model);
 }
 
-void claim_folder(const fs::path& folder, bool overwrite) {
+void check_folder(const fs::path& folder, bool overwrite) {
   const bool used = fs::exists(folder / "run.h5") || fs::exists(folder / "sweep.csv");
   if (used && !overwrite)
     throw ConfigError(folder.string(), 0, 0,
                       "holds the results of an earlier run; use --overwrite, or another folder with --out");
-  std::error_code failed;
-  fs::create_directories(folder, failed);
-  if (failed) throw ConfigError(folder.string(), 0, 0, "cannot be created: " + failed.message());
+  if (fs::exists(folder) && !fs::is_directory(folder))
+    throw ConfigError(folder.string(), 0, 0, "is a file; name a folder with --out");
 }
 
 void check_terrain_id(const std::optional<std::string>& id) {

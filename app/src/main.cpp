@@ -17,6 +17,41 @@ namespace {
 
 using namespace grouser::app;
 
+/// What is wrong with the arguments, and how the command is called.
+std::string usage_error(const CLI::App& root, const CLI::Error& e) {
+  const CLI::App* app = &root;
+  std::string name = "grouser";
+  while (!app->get_subcommands().empty()) {
+    app = app->get_subcommands().front();
+    name += " " + app->get_name();
+  }
+  std::vector<std::string> options, commands;
+  for (const CLI::Option* o : app->get_options())
+    for (const std::string& l : o->get_lnames()) options.push_back("--" + l);
+  for (const CLI::App* c : app->get_subcommands({})) commands.push_back(c->get_name());
+  std::string what = e.what();
+  const bool missing = e.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError);
+  // What CLI11 could not place; an unknown option leaves its value behind too.
+  const std::vector<std::string> extra = root.remaining(true);
+  const auto option = std::find_if(extra.begin(), extra.end(), [](const std::string& x) { return x.starts_with("-"); });
+  const auto meant = [](const std::string& word, const std::vector<std::string>& known) {
+    const auto near = grouser::did_you_mean(word, known);
+    return near ? "; did you mean '" + *near + "'?" : std::string(".");
+  };
+  if (option != extra.end())
+    what = "unknown option '" + *option + "'" + meant(*option, options);
+  else if (!extra.empty() && missing && !commands.empty())
+    what = "unknown command '" + extra.front() + "'" + meant(extra.front(), commands) +
+           fmt::format(" Known: {}", fmt::join(commands, ", "));
+  else if (!extra.empty())
+    what = fmt::format("too many arguments: '{}'", fmt::join(extra, "', '"));
+  else if (missing && !commands.empty())
+    what = fmt::format("a command is wanted: {}", fmt::join(commands, ", "));
+  else if (missing)
+    what = "argument missing: " + what;
+  return fmt::format("{}: {}\n'{} --help' shows how it is called\n", name, what, name);
+}
+
 int parse_and_run(int argc, char** argv) {
   CLI::App cli{"grouser: vehicles on soil in the Bullet physics engine", "grouser"};
   cli.require_subcommand(1);
@@ -71,7 +106,7 @@ int parse_and_run(int argc, char** argv) {
   std::string list_what, list_id;
   bool list_yaml = false;
   auto* list_cmd = cli.add_subcommand("list", "what there is: models, effects, soils, wheels, vehicles, grounds");
-  list_cmd->add_option("what", list_what, "models | effects | soils | wheels | vehicles | grounds")->required();
+  list_cmd->add_option("what", list_what, "models | effects | soils | wheels | vehicles | grounds");
   list_cmd->add_option("id", list_id, "one entry in full");
   list_cmd->add_flag("--yaml", list_yaml, "annotated defaults of a model as YAML");
   list_cmd->callback([&] { code = list(list_what, list_id, list_yaml); });
@@ -108,6 +143,7 @@ int parse_and_run(int argc, char** argv) {
                fmt::join(commands, ", "));
     return 2;
   }
+  cli.failure_message([](const CLI::App* app, const CLI::Error& e) { return usage_error(*app, e); });
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "config_impl.h"
+#include "config_syntax.h"
 
 namespace grouser {
 namespace {
@@ -12,11 +13,12 @@ namespace {
 constexpr int max_depth = 100;
 constexpr long max_nodes = 1000000;
 
-/// What yaml-cpp lets through: duplicate keys, keys that are no text, aliases that contain themselves or blow up.
+/// What yaml-cpp lets through: duplicate keys, keys without a colon, open quotes, keys that are no text, aliases that
+/// contain themselves or blow up.
 class Walker {
  public:
   using Note = std::function<void(const YAML::Mark&, const std::string&)>;
-  explicit Walker(Note note) : note_(std::move(note)) {}
+  Walker(const std::string& text, Note note) : text_(text), note_(std::move(note)) {}
 
   bool walk(const YAML::Node& node, const std::string& path, int depth) {
     if (stopped_) return false;
@@ -25,6 +27,8 @@ class Walker {
                                    : "more than a million entries");
       return false;
     }
+    // yaml-cpp takes the rest of the file for the text of a quote that nobody closes.
+    if (open_quote(node)) return false;
     if (node.IsSequence()) {
       std::size_t i = 0;
       for (const YAML::Node& item : node) walk(item, path + "[" + std::to_string(i++) + "]", depth + 1);
@@ -35,7 +39,13 @@ class Walker {
           note(pair.first, "a key must be plain text" + where(path));
           continue;
         }
+        if (open_quote(pair.first)) return false;
         const std::string key = pair.first.Scalar();
+        if (pair.second.IsNull() && key.find(' ') != std::string::npos)
+          if (const auto wrong = missing_colon(key)) {
+            broken_ = true;
+            note(pair.first, "not valid YAML: " + *wrong);
+          }
         const auto [it, fresh] = seen.emplace(key, mark_line(pair.first.Mark()));
         if (!fresh)
           note(pair.first, "duplicate key '" + key + "'" + where(path) + "; first given in line " +
@@ -43,30 +53,27 @@ class Walker {
         walk(pair.second, path.empty() ? key : path + "." + key, depth + 1);
       }
     }
-    return !stopped_;
+    return !stopped_ && !broken_;
   }
 
  private:
   static std::string where(const std::string& path) { return path.empty() ? "" : " in " + path; }
+  bool open_quote(const YAML::Node& n) {
+    if (!n.IsScalar() || n.Mark().pos < 0 || !is_open_quote(text_, static_cast<std::size_t>(n.Mark().pos)))
+      return false;
+    stop(n, "not valid YAML: the quote that opens here is not closed");
+    return true;
+  }
   void note(const YAML::Node& at, const std::string& message) { note_(at.Mark(), message); }
   void stop(const YAML::Node& at, const std::string& message) {
     stopped_ = true;
     note(at, message);
   }
+  const std::string& text_;
   Note note_;
   long count_ = 0;
-  bool stopped_ = false;
+  bool stopped_ = false, broken_ = false;
 };
-
-std::string remedy(const std::string& text, int line) {
-  std::istringstream lines(text);
-  std::string s;
-  for (int i = 0; i < line && std::getline(lines, s); ++i) {
-  }
-  const std::size_t first = s.find_first_not_of(' ');
-  if (first != std::string::npos && s[first] == '\t') return "; this line is indented with a tab: use spaces";
-  return "";
-}
 
 }  // namespace
 
@@ -100,10 +107,11 @@ ConfigDocument ConfigDocument::from_text(std::string text, std::string name, std
       note(documents[1].Mark(), "a second YAML document starts here; one file holds one document");
     if (documents.empty() || !documents[0].IsDefined() || documents[0].IsNull()) return out;
     const YAML::Node& root = documents[0];
-    if (!Walker(note).walk(root, "", 0)) return out;
+    if (!Walker(d.text, note).walk(root, "", 0)) return out;
     d.root.emplace(root);
   } catch (const YAML::Exception& e) {
-    note(e.mark, "not valid YAML: " + e.msg + remedy(d.text, mark_line(e.mark)));
+    SyntaxFault f = explain_syntax(d.text, std::max(1, mark_line(e.mark)), std::max(1, mark_column(e.mark)), e.msg);
+    d.note({d.file, f.line, f.column, std::move(f.message)});
   }
   return out;
 }

@@ -347,12 +347,25 @@ std::filesystem::path ConfigNode::existing_file(const std::string& key) const {
   std::error_code ec;
   if (std::filesystem::is_regular_file(full, ec)) return full;
   std::string message = "file '" + name + "' not found; looked for " + full.string();
-  if (std::filesystem::is_directory(full, ec)) message = "'" + name + "' is a folder, a file is wanted";
-  std::vector<std::string> neighbours;
-  for (std::filesystem::directory_iterator it(full.parent_path().empty() ? "." : full.parent_path(), ec), end;
-       !ec && it != end; it.increment(ec))
-    neighbours.push_back(it->path().filename().string());
-  std::sort(neighbours.begin(), neighbours.end());
+  const auto names_in = [&ec](const std::filesystem::path& folder) {
+    std::vector<std::string> names;
+    for (std::filesystem::directory_iterator it(folder.empty() ? "." : folder, ec), end; !ec && it != end;
+         it.increment(ec))
+      names.push_back(it->path().filename().string());
+    std::sort(names.begin(), names.end());
+    return names;
+  };
+  if (std::filesystem::is_directory(full, ec)) {
+    message = "'" + name + "' is a folder; a file is wanted";
+    for (const std::string& inside : names_in(full))
+      if (inside.ends_with(".yaml")) {
+        message += ", for example '" + (std::filesystem::path(name) / inside).generic_string() + "'";
+        break;
+      }
+    impl_->note(s->line, s->column, Impl::prefix(s->path) + message);
+    return full;
+  }
+  const std::vector<std::string> neighbours = names_in(full.parent_path());
   if (const auto near = did_you_mean(full.filename().string(), neighbours); near && *near != full.filename().string())
     message += "; did you mean '" + *near + "'?";
   impl_->note(s->line, s->column, Impl::prefix(s->path) + message);

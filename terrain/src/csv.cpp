@@ -32,13 +32,20 @@ void FileErrors::add(const FileErrors& more) {
   more_ += more.more_;
 }
 
-void FileErrors::check() const {
-  if (errors_.empty()) return;
+std::vector<Diagnostic> FileErrors::all() const {
   auto all = errors_;
   if (more_ > 0)
     all.push_back(
         {file_, all.back().line, all.back().column, "and " + std::to_string(more_) + " more errors in this file"});
-  throw ConfigError(std::move(all));
+  return all;
+}
+
+void FileErrors::check() const {
+  if (!errors_.empty()) throw ConfigError(all());
+}
+
+void FileErrors::report_to(const ConfigNode& node) const {
+  for (Diagnostic& d : all()) node.report(std::move(d));
 }
 
 void FileErrors::fail(int line, int column, std::string message) {
@@ -50,8 +57,13 @@ void FileErrors::fail(int line, int column, std::string message) {
 std::string read_text_file(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   std::ostringstream text;
-  if (in) text << in.rdbuf();
-  if (!in || !text) throw ConfigError(file.string(), 0, 0, "cannot read the file");
+  // An empty file is read well, but inserting nothing sets the failbit of `text`.
+  if (in && in.peek() != std::ifstream::traits_type::eof()) text << in.rdbuf();
+  const bool folder = std::filesystem::is_directory(file);
+  if (folder || !(in || in.eof()) || !text)
+    throw ConfigError(
+        file.string(), 0, 0,
+        folder ? "this is a folder; a file is wanted" : "cannot read the file; is it there, and readable?");
   return std::move(text).str();
 }
 
@@ -120,6 +132,50 @@ bool CsvFile::split(std::string_view line, std::vector<CsvCell>& out) {
   }
   out.resize(used);
   return closed;
+}
+
+CsvRecords CsvRecords::read(const std::filesystem::path& file, FileErrors& errors) {
+  CsvRecords t;
+  t.file = file;
+  CsvFile csv;
+  try {
+    csv = CsvFile::read(file);
+  } catch (const ConfigError& e) {
+    for (const Diagnostic& d : e.diagnostics()) errors.add(d.line, d.column, d.message);
+    return t;
+  }
+  t.notes = csv.notes();
+  std::vector<CsvCell> cells;
+  for (const auto& [line, text] : csv.rows()) {
+    const bool closed = CsvFile::split(text, cells);
+    if (!closed) errors.add(line, cells.back().column, "the quoted cell is not closed");
+    if (t.columns.empty()) {
+      for (const CsvCell& c : cells) t.columns.push_back(c.text);
+    } else if (cells.size() == t.columns.size()) {
+      t.rows.push_back({line, cells});
+    } else if (closed) {
+      const bool few = cells.size() < t.columns.size();
+      errors.add(line, few ? static_cast<int>(text.size()) : cells[t.columns.size()].column,
+                 std::to_string(cells.size()) + (cells.size() == 1 ? " cell" : " cells") + " where the header has " +
+                     std::to_string(t.columns.size()) + "; separate cells by commas");
+    }
+  }
+  if (t.columns.empty())
+    errors.add(1, 1, "the file is empty; a header line and rows, cells separated by commas, are wanted");
+  return t;
+}
+
+std::optional<std::size_t> CsvRecords::column(std::string_view name) const {
+  const auto at = std::find(columns.begin(), columns.end(), name);
+  return at == columns.end() ? std::nullopt : std::optional(static_cast<std::size_t>(at - columns.begin()));
+}
+
+std::string CsvRecords::unknown_column(std::string_view name) const {
+  const auto near = did_you_mean(name, columns);
+  std::string all;
+  for (const std::string& c : columns) all += (all.empty() ? "" : ", ") + c;
+  return "the table " + file.string() + " has no column '" + std::string(name) + "'" +
+         (near ? "; did you mean '" + *near + "'?" : "; it has: " + all);
 }
 
 }  // namespace grouser

@@ -46,7 +46,7 @@ CsvTable read_csv(const std::filesystem::path& file, bool with_header) {
     }
   }
   errors.check();
-  if (t.rows == 0) errors.fail(0, 0, "the file has no rows of numbers");
+  if (t.rows == 0) errors.fail(1, 1, "the file has no rows of numbers; one row per line, cells separated by commas");
   return t;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "ground_bilinear.h"
+#include "grouser/terrain/ground_extent.h"
 
 namespace grouser {
 
@@ -10,7 +11,7 @@ namespace {
 
 using namespace ground_detail;
 
-class HeightMapGround final : public GroundShape<HeightMapGround> {
+class HeightMapGround final : public GroundShape<HeightMapGround>, public GroundWithData {
  public:
   HeightMapGround(HeightGrid g, Outside outside, std::string name)
       : field_(std::move(g)), outside_(outside), name_(std::move(name)) {}
@@ -25,6 +26,12 @@ class HeightMapGround final : public GroundShape<HeightMapGround> {
     const Place p = place(x, y);
     const Vec2 g = field_.gradient(p);
     return normal_from_gradient(g.x() * p.sign_u, g.y() * p.sign_v);
+  }
+  std::string beyond_data(double x, double y) const override {
+    if (outside_ != Outside::extend) return {};
+    const double u = field_.u(x), v = field_.v(y);
+    if (u >= 0 && u <= field_.u_max && v >= 0 && v <= field_.v_max) return {};
+    return "height map " + name_ + ": outside its edge, whose heights continue";
   }
   double resolution() const override { return std::min(field_.grid.dx, field_.grid.dy); }
   std::string describe() const override {

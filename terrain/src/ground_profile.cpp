@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "ground_bilinear.h"
+#include "grouser/terrain/ground_extent.h"
 
 namespace grouser {
 
@@ -21,7 +22,7 @@ HeightGrid grid_of(const ProfileData& d) {
   return g;
 }
 
-class ProfileGround final : public GroundShape<ProfileGround> {
+class ProfileGround final : public GroundShape<ProfileGround>, public GroundWithData {
  public:
   ProfileGround(const ProfileData& d, const ProfileSettings& p, std::string name)
       : p_(p),
@@ -48,6 +49,18 @@ class ProfileGround final : public GroundShape<ProfileGround> {
       mirror(s, length_);
     }
     return p_.offset + w * sample(s, t);
+  }
+  std::string beyond_data(double x, double y) const override {
+    const double s = f_.along(x, y), t = f_.across(x, y);
+    const double right = field_.grid.y0, left = right + (lines_ - 1) * field_.grid.dy;
+    if (lines_ > 1 && !(p_.run_in > 0 && s <= 0) && (t < right || t > left))
+      return "profile " + name_ + ": " + (t < right ? "right" : "left") +
+             " of the outermost line, whose heights continue (data " + number(right) + ".." + number(left) +
+             " m across)";
+    if (s < 0 && p_.run_in == 0) return "profile " + name_ + ": before its start, where the first heights continue";
+    if (s > length_ && p_.outside == Outside::extend)
+      return "profile " + name_ + ": beyond its end at " + number(length_) + " m, where the last heights continue";
+    return {};
   }
   double resolution() const override { return lines_ > 1 ? std::min(field_.grid.dx, field_.grid.dy) : field_.grid.dx; }
   std::string describe() const override {

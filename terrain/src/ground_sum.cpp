@@ -4,12 +4,13 @@
 #include <array>
 
 #include "ground_detail.h"
+#include "grouser/terrain/ground_extent.h"
 
 namespace grouser {
 
 namespace {
 
-class SumGround final : public Ground {
+class SumGround final : public Ground, public GroundWithData {
  public:
   explicit SumGround(std::vector<GroundPtr> parts) : parts_(std::move(parts)) {}
 
@@ -46,6 +47,11 @@ class SumGround final : public Ground {
     double r = parts_[0]->resolution();
     for (const GroundPtr& p : parts_) r = std::min(r, p->resolution());
     return r;
+  }
+  std::string beyond_data(double x, double y) const override {
+    for (const GroundPtr& p : parts_)
+      if (std::string t = grouser::beyond_data(*p, x, y); !t.empty()) return t;
+    return {};
   }
   std::string describe() const override {
     std::string t = parts_[0]->describe();

@@ -24,7 +24,7 @@ const ModelInfo& Registry::get(const std::string& id) const {
     all += (all.empty() ? "" : ", ") + m.id;
   }
   const auto near = did_you_mean(id, ids);
-  throw std::out_of_range("unknown terrain model '" + id + "'" + (near ? "; did you mean '" + *near + "'?" : "") +
+  throw std::out_of_range("unknown terrain model '" + id + "'" + (near ? "; did you mean '" + *near + "'?" : ".") +
                           " Known: " + all);
 }
 

@@ -49,8 +49,14 @@ std::unique_ptr<Terrain> make_terrain(const Registry& registry, const TerrainNod
   } else {
     soil = load_soil_file(file);
   }
+  // Options that the file leaves out are an empty section, so that the model can still say which of its defaults it assumes.
+  const ConfigDocument left_out = ConfigDocument::from_text("options: {" + nodes.model + ": {}}", nodes.owner.file());
+  const bool given = nodes.options.present();
+  const ConfigNode options = given ? nodes.options : left_out.root().map("options").map(nodes.model);
   try {
-    auto terrain = registry.get(nodes.model).make({soil, std::move(ground), nodes.options, gravity});
+    auto terrain = registry.get(nodes.model).make({soil, std::move(ground), options, gravity});
+    for (const Diagnostic& d : left_out.diagnostics()) nodes.owner.error(d.message);
+    for (const Assumption& a : left_out.assumptions()) nodes.owner.assume(a.key, a.value, a.why);
     set_effects(*terrain, nodes.effects);
     return terrain;
   } catch (const std::invalid_argument& e) {  // the soil lacks what the model needs

@@ -293,6 +293,7 @@ std::string dimension_name(const UnitScale& u) {
                                  {"mass flow", "kg/s"},
                                  {"stiffness per volume", "N/m^4"}};
     std::vector<std::pair<std::string, UnitScale>> out;
+    out.reserve(std::size(list));
     for (const Word& w : list) out.emplace_back(w.word, parse(w.unit, std::nullopt));
     return out;
   }();

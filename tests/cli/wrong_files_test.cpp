@@ -60,7 +60,46 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{"profile_ragged.yaml",
                   "ragged.csv:3:8: row 2 has 2 cells where the header has 3; separate cells by commas\n"},
         WrongFile{"profile_nan.yaml", "nan.csv:3:6: row 2, column 2 ('z_mm'): 'nan' is not a finite number\n"},
-        WrongFile{"syntax.yaml", "syntax.yaml:9:9: not valid YAML: end of map flow not found\n"},
+        WrongFile{
+            "syntax.yaml",
+            "syntax.yaml:8:9: not valid YAML: the '{' that opens here is not closed, or a comma is missing between "
+            "two of its entries\n"},
+        WrongFile{"no_colon.yaml",
+                  "no_colon.yaml:2:1: not valid YAML: the colon after the key is missing in 'vehicle "
+                  "../../../examples/vehicles/skid_robot.yaml'; write 'vehicle: "
+                  "../../../examples/vehicles/skid_robot.yaml'\n"},
+        WrongFile{
+            "no_colon_inside.yaml",
+            "no_colon_inside.yaml:4:3: not valid YAML: the colon after the key is missing in 'model rigid'; write "
+            "'model: rigid'\n"},
+        WrongFile{
+            "no_colon_in_braces.yaml",
+            "no_colon_in_braces.yaml:7:28: not valid YAML: the colon after the key is missing in 'speed 0.5 m/s'; "
+            "write 'speed: 0.5 m/s'\n"},
+        WrongFile{"no_blank.yaml",
+                  "no_blank.yaml:8:1: not valid YAML: a blank is missing after the colon in 'duration:2 s'; write "
+                  "'duration: 2 s'\n"},
+        WrongFile{
+            "two_colons.yaml",
+            "two_colons.yaml:1:16: not valid YAML: a second ': ' in this line; put the value in quotes: scenario: "
+            "\"wrong: on purpose\"\n"},
+        WrongFile{"open_quote.yaml", "open_quote.yaml:1:11: not valid YAML: the quote that opens here is not closed\n"},
+        WrongFile{"indent.yaml",
+                  "indent.yaml:5:5: not valid YAML: indented deeper than line 4, which has a value already; let both "
+                  "begin in the same column\n"},
+        WrongFile{"vehicle_folder.yaml",
+                  "vehicle_folder.yaml:2:10: vehicle: '../../../examples/vehicles' is a folder; a file is wanted, for "
+                  "example '../../../examples/vehicles/offroad.yaml'\n"},
+        WrongFile{"half_step.yaml",
+                  "half_step.yaml:8:11: duration: 'duration' must be a whole number of time steps; give a multiple of "
+                  "time_step\n"},
+        WrongFile{
+            "text.yaml",
+            "text.yaml:1:1: cannot tell what this file is; it should begin with one of the keys scenario, rig, fit, "
+            "items, table, vehicle, wheel, terrain, soil, ground, shape\n"},
+        WrongFile{"token.yaml", "token.yaml:1:11: not valid YAML: '`' cannot begin a value; put the value in quotes\n"},
+        WrongFile{"profile_empty.yaml",
+                  "empty.csv:1:1: the file has no rows of numbers; one row per line, cells separated by commas\n"},
         WrongFile{"negative_radius.yaml",
                   "negative_radius.yaml:4:9: radius: '-130 mm' is out of range; allowed is more "
                   "than 0 mm and at most 10000 mm\n"},
@@ -93,11 +132,45 @@ TEST(WrongFilesAtOnce, AllMistakesOfAFileAreNamedInOneGo) {
     EXPECT_NE(r.err.find(part), std::string::npos) << part << "\nin\n" << r.err;
 }
 
-TEST(WrongUrdf, MalformedXmlIsNamedWithItsLine) {
+TEST(WrongUrdf, MalformedXmlIsToldInWordsWithItsLine) {
   const CommandResult r = grouser_command("check urdf_scenario.yaml", source / "tests/cli/wrong");
   EXPECT_EQ(r.code, 2);
-  EXPECT_EQ(r.err.find("broken.urdf:4:1: not well-formed XML"), 0u) << r.err;
-  EXPECT_EQ(r.err.find("unknown key"), std::string::npos) << "the scenario is right:\n" << r.err;
+  EXPECT_EQ(
+      r.err,
+      "broken.urdf:4:3: not well-formed XML: a tag is broken here; write <name ...> with </name> after its content, "
+      "or <name .../>\n");
+}
+
+struct BrokenUrdf {
+  const char *from, *to;  ///< what is changed in the shipped file, first occurrence
+  const char* message;
+};
+
+TEST(WrongUrdf, EachKindOfBrokenTagHasItsRemedy) {
+  const std::string shipped = read_text(source / "examples/vehicles/skid_robot.urdf");
+  std::string scenario = read_text(source / "tests/cli/wrong/urdf_scenario.yaml");
+  for (std::size_t at; (at = scenario.find("../../../examples")) != std::string::npos;)
+    scenario.replace(at, 17, (source / "examples").string());
+  std::ofstream(scratch() / "urdf.yaml") << scenario;
+  for (const BrokenUrdf& b :
+       {BrokenUrdf{"value=\"22\"", "value=22",
+                   "12:7: not well-formed XML: an attribute of <mass> is broken; write name=\"value\""},
+        BrokenUrdf{
+            "value=\"22\"/>", "value=\"22\">",
+            "12:7: not well-formed XML: <mass> is opened here and not closed, or closed by a tag of another name; "
+            "write </mass>"},
+        BrokenUrdf{"</robot>", "",
+                   "3:1: not well-formed XML: a tag that is opened in this line is not closed before the "
+                   "file ends; write </name>"},
+        BrokenUrdf{"-->", "",
+                   "2:1: not well-formed XML: the comment that opens here is not closed; it ends with -->"}}) {
+    std::string text = shipped;
+    text.replace(text.find(b.from), std::string(b.from).size(), b.to);
+    std::ofstream(scratch() / "broken.urdf") << text;
+    const CommandResult r = grouser_command("check urdf.yaml", scratch());
+    EXPECT_EQ(r.code, 2) << b.message;
+    EXPECT_EQ(r.err, std::string("broken.urdf:") + b.message + "\n");
+  }
 }
 
 }  // namespace

@@ -116,7 +116,30 @@ TEST(Config, DuplicateKeysAreFoundAtAnyDepth) {
 
 TEST(Config, SyntaxErrorHasItsPlace) {
   EXPECT_THAT(messages("a: 1\nb: [1, 2\nc: 3\n", nothing),
-              ElementsAre("f.yaml:3:2: not valid YAML: end of sequence flow not found"));
+              ElementsAre("f.yaml:2:4: not valid YAML: the '[' that opens here is not closed, or a comma is missing "
+                          "between two of its entries"));
+}
+
+TEST(Config, SyntaxErrorIsBlamedOnTheLineWhereItWasMade) {
+  // Each text is wrong in its second line only; yaml-cpp gives up a line later or not at all.
+  for (const char* text :
+       {"a: 1\nb 2\nc: 3\n", "a: 1\n# note\nb 2 # with a: colon in the note\n\nc: 3\n", "a: 1\nb:2\nc: 3\n",
+        "a: 1\nb\n  d: 2\nc: 3\n", "a: 1\n'b: 2\nc: 3\n", "a: 1\nb: \"2\nc: 3\n", "a: 1\nb 2\n",
+        "a: 1\nb: {c: 1, d 2}\n", "a: 1\nb: {c: 1 d: 2}\n", "a: 1\nb: 2: 3\nc: 4\n"}) {
+    const auto found = messages(text, nothing);
+    ASSERT_EQ(found.size(), 1u) << text;
+    const std::string second = std::string(text).find('#') == 5 ? "f.yaml:3:" : "f.yaml:2:";
+    EXPECT_THAT(found[0], ::testing::StartsWith(second)) << text;
+    EXPECT_THAT(found[0], ::testing::HasSubstr("not valid YAML: ")) << text;
+  }
+}
+
+TEST(Config, WhatYamlAllowsIsNoSyntaxError) {
+  for (const char* text : {"a: it's a word with an apostrophe\nb: 1\n",
+                           "a: \"he said \\\"x\\\" # no note\"\nb: 'it''s'\n", "a: a text over\n  two lines\nb: 1\n",
+                           "a: |\n  block with no colon\n  b 2\nc: 1\n", "a: http://x.org/y\nb: 1\n",
+                           "a: [1,\n  2]\nb: {c: 1,\n  d: 2}\n", "front left: 1\n", "- a b\n- c d\n", "a:\nb: 1\n"})
+    EXPECT_THAT(messages(text, nothing), ElementsAre()) << text;
 }
 
 TEST(Config, TabIndentIsExplained) {
@@ -208,7 +231,7 @@ TEST(Config, MissingFileNamesTheNeighbour) {
                   "f.yaml", folder.string()),
               ElementsAre("f.yaml:1:4: f: file 'whel.obj' not found; looked for " + (folder / "whel.obj").string() +
                               "; did you mean 'wheel.obj'?",
-                          "f.yaml:2:4: g: 'sub' is a folder, a file is wanted"));
+                          "f.yaml:2:4: g: 'sub' is a folder; a file is wanted"));
   std::filesystem::remove_all(folder);
 }
 

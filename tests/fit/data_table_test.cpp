@@ -58,7 +58,7 @@ TEST(DataTable, KeepsRowsByNumberTextAndQuotedCell) {
 TEST(DataTable, NamesTheCellThatIsNoNumber) {
   const Loaded l = load("f: force_N\n");
   EXPECT_TRUE(l.table.quantity(l.document.root(), "f", "N").empty());
-  EXPECT_NE(messages(l).find("t.csv:5:1: column 'force_N': 'x' is not a finite number"), std::string::npos)
+  EXPECT_NE(messages(l).find("t.csv:5:5: column 'force_N': 'x' is not a finite number"), std::string::npos)
       << messages(l);
 }
 

@@ -118,7 +118,8 @@ TEST_F(Errors, CsvCellsAndRaggedRowsAreNamed) {
             "@/bad.csv:4:3: row 4, column 2: the cell is empty\n"
             "@/bad.csv:5:7: row 5 has 4 cells where the first row has 3; separate cells by commas");
   folder.write("none.csv", "# nothing\n\n");
-  EXPECT_EQ(height_map("file: none.csv, spacing: 1 m, height_unit: mm"), "@/none.csv: the file has no rows of numbers");
+  EXPECT_EQ(height_map("file: none.csv, spacing: 1 m, height_unit: mm"),
+            "@/none.csv:1:1: the file has no rows of numbers; one row per line, cells separated by commas");
 }
 
 TEST_F(Errors, ManyErrorsOfOneFileAreCounted) {

@@ -69,6 +69,17 @@ TEST_F(ReportInChromium, ComparisonDrawsWithoutConsoleErrors) {
   expect_quiet(page);
 }
 
+TEST_F(ReportInChromium, WhatRoundsToZeroHasNoSignAndWarningsAreShown) {
+  write_fake_run(folder_ / "soil", {.duration = 2, .slip = -0.003, .warnings = {"wheel front_left left the data"}});
+  write_report({folder_ / "soil"}, folder_ / "report.html");
+  const std::string page = open(software_gl);
+  expect(page, "slip 0 %");
+  EXPECT_EQ(page.find("slip \u22120 %"), std::string::npos);
+  expect(page, "<p>wheel front_left left the data</p>");
+  expect(page, "% of the positive motor work, ");
+  expect_quiet(page);
+}
+
 TEST_F(ReportInChromium, RigDrawsWithoutConsoleErrors) {
   write_fake_rig(folder_ / "rig");
   write_report({folder_ / "rig"}, folder_ / "report.html");

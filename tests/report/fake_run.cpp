@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "grouser/terrain/recorder.h"
@@ -174,7 +175,7 @@ void write_fake_run(const fs::path& folder, const FakeRun& f) {
     double power = 0;
     for (std::size_t k = 0; k < 4; ++k) {
       const std::string& w = wheels[k];
-      const double slip = 0.04 + 6 * sink[k] + 0.03 * std::sin(3 * t + static_cast<double>(k)),
+      const double slip = f.slip.value_or(0.04 + 6 * sink[k] + 0.03 * std::sin(3 * t + static_cast<double>(k))),
                    omega = v / radius / (1 - slip);
       spin[k] += omega * dt;
       const double load = 73.5 * (1 + 0.3 * std::sin(4 * x + 1.3 * static_cast<double>(k))) + 3 * noise(seed);
@@ -209,6 +210,7 @@ void write_fake_run(const fs::path& folder, const FakeRun& f) {
   file.set_attribute("bodies", "chassis," + all);
   file.set_attribute("wheels", all);
   file.set_attribute("status", f.status);
+  if (!f.warnings.empty()) file.set_attribute("warnings", nlohmann::json(f.warnings).dump());
   file.set_attribute("ground", "ISO 8608 class E, then a sinusoid of 1.2 m");
   file.set_attribute("end_state_hash", "0123456789abcdef");
   file.set_attribute(

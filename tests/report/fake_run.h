@@ -2,7 +2,9 @@
 // Invented results in the form that `grouser run` and `grouser rig` leave behind: plausible to look at, made of
 // formulas, no physics.
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace grouser::test {
 
@@ -12,6 +14,8 @@ struct FakeRun {
   double rate = 200;       ///< [Hz]
   double sinkage = 0.014;  ///< [m] mean
   std::string status = "finished";
+  std::optional<double> slip = {};         ///< of every wheel at every time, in place of an invented one
+  std::vector<std::string> warnings = {};  ///< of the run
 };
 
 /// Four-wheel robot over rough ground.

@@ -91,9 +91,9 @@ TEST_F(Figures, EveryWrongLineIsNamedAtItsPlace) {
                                    "        - {file: none.csv, x: slip, y: drawbar_N}\n"
                                    "        - {file: sweep.csv, x: slip, y: drawbar_N, stile: dashed}\n"
                                    "        - {file: sweep.csv, x: slip, y: drawbar_N, where: {model: locl}}\n");
-  EXPECT_THAT(text, HasSubstr(place(8, 41) + "items[0].plot.series[0].y: no column 'drawbar' in this file"));
-  EXPECT_THAT(text, HasSubstr("Columns: slip, drawbar_N, sd_N, model"));
-  EXPECT_THAT(text, HasSubstr("column 'model', data row 1: 'local' is not a number"));
+  EXPECT_THAT(text, HasSubstr(place(8, 41) + "items[0].plot.series[0].y: the table "));
+  EXPECT_THAT(text, HasSubstr("did you mean 'drawbar_N'?"));
+  EXPECT_THAT(text, HasSubstr("sweep.csv:3:15: column 'model': 'local' is not a number"));
   EXPECT_THAT(text, HasSubstr("none.csv"));
   EXPECT_THAT(text, HasSubstr("unknown key 'stile'"));
   EXPECT_THAT(text, HasSubstr("did you mean 'style'?"));

@@ -223,13 +223,21 @@ TEST_F(Report, FolderWithoutResultsIsNamedWithTheRemedy) {
   EXPECT_THROW(write_report({folder_ / "a"}, folder_ / "no" / "such" / "report.html"), ResultsError);
 }
 
+TEST_F(Report, WarningsOfTheRunAreItsOwnWords) {
+  write_fake_run(folder_ / "a", {.duration = 1, .warnings = {"wheel x left the data"}});
+  const json run = json::parse(script_content(report({"a"}), "header"))["runs"][0];
+  ASSERT_EQ(run["warnings"].size(), 1u);
+  EXPECT_EQ(run["warnings"][0], "wheel x left the data");
+  EXPECT_EQ(run["summary"]["energy_yardstick"], "positive motor work");
+}
+
 TEST_F(Report, BrokenTableIsNamedWithItsLine) {
   std::ofstream(folder_ / "t.csv") << "a,b\n1,2\n3\n";
   try {
     report::read_table(folder_ / "t.csv");
     FAIL() << "no error";
-  } catch (const ResultsError& e) {
-    EXPECT_THAT(e.what(), HasSubstr("t.csv:3: 1 cells where the header has 2"));
+  } catch (const ConfigError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("t.csv:3:1: 1 cell where the header has 2"));
   }
 }
 

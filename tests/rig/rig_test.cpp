@@ -276,7 +276,7 @@ TEST(RigErrors, LoadAndMass) {
 TEST(RigErrors, SlipThatATurningWheelCannotHave) {
   expect_error("angular_speed: 17 deg/s\nslips: [-1.5]\nslip_definition: symmetric\nduration: 1 s\n",
                "rig.yaml:6:1: slips: -1.5 by the definition 'symmetric': a turning wheel has no slip of -1 or below by "
-               "the symmetric definition");
+               "the symmetric definition; allowed is above -1 and up to 1");
 }
 TEST(RigErrors, MeasuredColumnThatIsNotThere) {
   const std::string table = examples + "03_single_wheel_rig/data/mit_mms_wheel/wheel_steady.csv";

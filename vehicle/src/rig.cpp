@@ -7,6 +7,7 @@
 #include <fstream>
 #include <limits>
 
+#include "folder_lock.h"
 #include "grouser/terrain/parallel.h"
 #include "rig_case.h"
 
@@ -153,7 +154,10 @@ std::vector<RigErrorRow> errors_of(const RigMeasured& m, const std::vector<RigRo
 
 }  // namespace
 
-void check_rig(const std::filesystem::path& yaml, const Registry& registry) { load_rig(yaml, registry); }
+void check_rig(const std::filesystem::path& yaml, const Registry& registry, const std::optional<std::string>& terrain,
+               const std::vector<double>& slips) {
+  load_rig(yaml, registry, terrain, slips);
+}
 
 RigSummary run_rig(const std::filesystem::path& yaml, const Registry& registry, const RigOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
@@ -171,7 +175,7 @@ RigSummary run_rig(const std::filesystem::path& yaml, const Registry& registry, 
   RigSummary summary;
   summary.folder = options.out;
   summary.rows.resize(spec.cases.size());
-  std::filesystem::create_directories(options.out);
+  const FolderLock lock(options.out);
   // Left-overs of an earlier sweep would be read as cases of this one.
   for (const auto& entry : std::filesystem::directory_iterator(options.out))
     if (entry.path().filename().string().starts_with("case_")) std::filesystem::remove_all(entry.path());

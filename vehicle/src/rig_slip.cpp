@@ -21,16 +21,19 @@ double convert_slip(double slip, SlipDefinition from, SlipDefinition to) {
 }
 
 double travel_speed_for(SlipDefinition d, double radius, double slip, double w) {
-  if (slip > 1) throw std::invalid_argument("slip is above 1");
+  if (slip > 1) throw std::invalid_argument("no wheel has a slip above 1");
   if (slip >= 0 || d == SlipDefinition::rim) return radius * w * (1 - slip);
-  if (slip <= -1) throw std::invalid_argument("a turning wheel has no slip of -1 or below by the symmetric definition");
+  if (slip <= -1)
+    throw std::invalid_argument(
+        "a turning wheel has no slip of -1 or below by the symmetric definition; allowed is above -1 and up to 1");
   return radius * w / (1 + slip);
 }
 
 double angular_speed_for(SlipDefinition d, double radius, double slip, double v) {
-  if (slip >= 1) throw std::invalid_argument("a travelling wheel has no slip of 1 or above");
+  if (slip >= 1) throw std::invalid_argument("a travelling wheel has no slip of 1 or above; allowed is below 1");
   if (slip >= 0 || d == SlipDefinition::rim) return v / (1 - slip) / radius;
-  if (slip < -1) throw std::invalid_argument("slip is below -1, which the symmetric definition does not have");
+  if (slip < -1)
+    throw std::invalid_argument("the symmetric definition has no slip below -1; allowed is -1 and above, below 1");
   return v * (1 + slip) / radius;
 }
 

@@ -91,6 +91,12 @@ void read_slip_cases(RigSpec& rig, const ConfigNode& root, const Sweep& s, const
   if (!other.empty()) slips = other;
   const auto definitions = read_definitions(root);
   const double radius = root.quantity_or("slip_radius", rig.wheel.radius(), "m", Range::positive());
+  const auto wrong_slip = [&](const std::string& message) {
+    if (other.empty())
+      root.error_at("slips", message);
+    else
+      root.report({"--slips", 0, 0, message});
+  };
   if (s.angular_speed.has_value() == s.travel_speed.has_value())
     root.error(
         "exactly one of 'angular_speed' (for example 17 deg/s) and 'travel_speed' (for example 10 mm/s) is wanted");
@@ -111,12 +117,12 @@ void read_slip_cases(RigSpec& rig, const ConfigNode& root, const Sweep& s, const
               s.angular_speed ? travel_speed_for(d, radius, slip, *s.angular_speed) : s.travel_speed.value_or(0);
         } catch (const std::invalid_argument& e) {
           if (load == s.loads.front())  // once, whatever the number of loads
-            root.error_at("slips", short_number(slip, "") + "by the definition '" +
-                                       std::string(slip_definition_name(d)) + "': " + e.what());
+            wrong_slip(short_number(slip, "") + "by the definition '" + std::string(slip_definition_name(d)) +
+                       "': " + e.what());
         }
         if (!s.duration && s.distance && c.travel_speed == 0 && load == s.loads.front())
-          root.error_at("slips", short_number(slip, "") +
-                                     "means no travel, so 'distance' never ends the case: give 'duration' too");
+          wrong_slip(short_number(slip, "") +
+                     "means no travel, so the rig file's 'distance' never ends the case: give it a 'duration' too");
         add_case(rig, c, s);
       }
 }
@@ -236,7 +242,10 @@ RigSpec load_rig(const std::filesystem::path& yaml, const Registry& registry, co
     read_torque_cases(rig, root, sweep);
   else
     read_slip_cases(rig, root, sweep, slips);
-  if (!slips.empty() && (dig || root.has("torque"))) root.error("slips were asked for, but this rig holds no slip");
+  if (!slips.empty() && (dig || root.has("torque")))
+    root.report({"--slips", 0, 0,
+                 std::string("this rig imposes no slip but ") + (dig ? "digs on the spot" : "a torque") +
+                     "; leave the option out, or use a rig file with 'slips'"});
   if (const ConfigNode m = root.optional_map("measured"); m.present()) rig.measured = load_rig_measured(m);
   root.finish();
   rig.document.check();

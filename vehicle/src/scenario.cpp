@@ -5,18 +5,27 @@
 #include "grouser/terrain/loaders.h"
 #include "grouser/terrain/terrain_loader.h"
 #include "grouser/vehicle/vehicle_loader.h"
+#include "vehicle_reader.h"
 
 namespace grouser::vehicle {
 
 namespace {
 
-/// `time` as a whole number of steps; an error at `key` when it is not one.
-long whole_steps(const ConfigNode& n, const char* key, double time, double dt, const char* hint) {
-  const double steps = time / dt;
-  const long whole = std::lround(steps);
-  if (whole < 1 || std::abs(steps - static_cast<double>(whole)) > 1e-6 * static_cast<double>(whole))
+std::string milliseconds(double s) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.9g ms", 1e3 * s);
+  return text;
+}
+
+bool is_whole_steps(double time, double dt) {
+  const double steps = time / dt, whole = std::round(steps);
+  return whole >= 1 && std::abs(steps - whole) <= 1e-6 * whole;
+}
+
+/// An error at `key` when `time` is not a whole number of steps.
+void want_whole_steps(const ConfigNode& n, const char* key, double time, double dt, const char* hint) {
+  if (!is_whole_steps(time, dt))
     n.error_at(key, std::string("'") + key + "' must be a whole number of time steps; " + hint);
-  return whole;
 }
 
 }  // namespace
@@ -53,22 +62,29 @@ Scenario load_scenario(const std::filesystem::path& file, const Registry& regist
                                   : root.quantity("duration", "s", Range::positive());
   if (overrides.duration && !(*overrides.duration > 0 && std::isfinite(*overrides.duration)))
     log.error("--duration", 0, 0, "must be positive and finite [s]");
+  else if (overrides.duration && !is_whole_steps(*overrides.duration, s.time_step))
+    log.error("--duration", 0, 0,
+              "must be a whole number of the scenario's time steps of " + milliseconds(s.time_step));
+  if (!overrides.duration && s.document.diagnostics().empty())
+    want_whole_steps(root, "duration", s.duration, s.time_step, "give a multiple of time_step");
   const ConfigNode output = root.optional_map("output");
   s.output_rate = output.quantity_or("rate", 200.0, "1/s", Range::positive());
   s.checkpoint_every = output.quantity_or("checkpoint_every", 1.0, "s", Range::positive());
   if (output.present()) {
     const bool readable = s.document.diagnostics().empty();  // else a wrong time step would be blamed on these too
     if (readable && output.has("rate"))
-      whole_steps(output, "rate", 1.0 / s.output_rate, s.time_step, "1/rate must be a multiple of time_step");
+      want_whole_steps(output, "rate", 1.0 / s.output_rate, s.time_step, "1/rate must be a multiple of time_step");
     if (readable && output.has("checkpoint_every"))
-      whole_steps(output, "checkpoint_every", s.checkpoint_every, s.time_step, "give a multiple of time_step");
+      want_whole_steps(output, "checkpoint_every", s.checkpoint_every, s.time_step, "give a multiple of time_step");
     output.finish();
   }
 
   const std::filesystem::path vehicle_file = root.existing_file("vehicle");
-  const bool vehicle_named = !vehicle_file.empty();
+  const bool vehicle_named = std::filesystem::is_regular_file(vehicle_file);  // else the error is noted already
   const std::size_t errors_before = log.errors.size();
   if (vehicle_named) s.vehicle = load_vehicle(vehicle_file, root, log);
+  if (!vehicle_named)
+    for (const char* key : urdf_extras) root.node(key);
   const bool vehicle_good = vehicle_named && log.errors.size() == errors_before;
 
   const ConfigNode ground = root.node("ground");
@@ -78,7 +94,7 @@ Scenario load_scenario(const std::filesystem::path& file, const Registry& regist
   const ConfigNode start = root.optional_map("start");
   const double x = start.quantity_or("x", 0.0, "m"), y = start.quantity_or("y", 0.0, "m");
   const double yaw = start.quantity_or("yaw", 0.0, "rad");
-  s.settle = start.quantity_or("settle", 2.0, "s", Range::non_negative());
+  if (start.has("settle")) s.settle = start.quantity("settle", "s", Range::non_negative());
   if (start.present()) start.finish();
   s.start.q = Quat(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
   s.start.p = Vec3(x, y, 0);

@@ -3,7 +3,10 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
+#include "extent_watch.h"
+#include "folder_lock.h"
 #include "grouser/terrain/checkpoint.h"
 #include "grouser/vehicle/scenario.h"
 #include "run_record.h"
@@ -68,6 +71,7 @@ class Run {
 
   void traverse(State& s) {
     totals_.traverse(s);
+    extent_.traverse(s);
     {
       auto g = s.group("driver");
       driver_->traverse(s);
@@ -82,16 +86,40 @@ class Run {
   }
   double time() const { return static_cast<double>(totals_.step) * scenario_.time_step; }
 
-  /// Stand still until the suspension has come to rest, then count from there.
+  double fastest_body() const {
+    double v = 0;
+    for (std::size_t i = 0; i < scenario_.vehicle.links.size(); ++i)
+      v = std::max(v, world_->twist(static_cast<int>(i)).v.norm());
+    return v;
+  }
+
+  /// Stand still for the time that the scenario says, or until at rest; then count from there.
   void settle() {
-    const long n = std::lround(scenario_.settle / scenario_.time_step);
-    for (long i = 0; i < n; ++i) {
+    const auto steps = [&](double t) { return std::lround(t / scenario_.time_step); };
+    const long n = steps(scenario_.settle.value_or(settle_limit)), quiet_enough = steps(rest_time);
+    long i = 0;
+    for (long quiet = 0; i < n && (scenario_.settle || quiet < quiet_enough); ++i) {
       driver_->command(-1.0, scenario_.time_step, view_of(*world_), command_);
-      guarded_step(-scenario_.settle + static_cast<double>(i) * scenario_.time_step);
+      guarded_step(static_cast<double>(i - n) * scenario_.time_step);
+      quiet = fastest_body() < rest_speed ? quiet + 1 : 0;
     }
+    Recorder& r = record_->recorder();
+    r.set_attribute("settled_for_s", static_cast<double>(i) * scenario_.time_step);
+    r.set_attribute("speed_at_start_m_s", fastest_body());
     world_->reset_energy();
     totals_.soil_0 = world_->terrain().energy();
-    record_->frame(0.0, 1.0, *world_, world_->terrain().energy(), totals_);
+    frame(1.0);
+  }
+
+  void frame(double frame_dt) {
+    record_->frame(time(), frame_dt, *world_, world_->terrain().energy(), totals_);
+    if (extent_.look(time(), *world_, *scenario_.ground)) write_warnings();
+  }
+
+  /// Written when one comes up and again at the end, so that a killed run has it too.
+  void write_warnings() {
+    const auto warnings = extent_.warnings(scenario_.vehicle);
+    if (!warnings.empty()) record_->recorder().set_attribute("warnings", nlohmann::json(warnings).dump());
   }
 
   void guarded_step(double t) {
@@ -158,6 +186,7 @@ class Run {
         "stopped at t = " + seconds(t) + ", body '" + body + "': " + why +
         "; last good checkpoint: " + (last_checkpoint_ >= 0 ? "t = " + seconds(last_checkpoint_) : std::string("none"));
     if (record_) {
+      write_warnings();
       record_->recorder().set_attribute("status", "stopped: " + message);
       record_->recorder().set_attribute("simulated_s", time());
       record_->recorder().close();
@@ -204,7 +233,7 @@ class Run {
       if (totals_.step % per_frame == 0) {
         const auto frame_begin = Clock::now();
         totals_.drift = std::max(totals_.drift, world_->joint_drift());
-        record_->frame(time(), static_cast<double>(per_frame) * dt, *world_, world_->terrain().energy(), totals_);
+        frame(static_cast<double>(per_frame) * dt);
         output_s_ += since(frame_begin);
         if (progress_ && since(last_progress) > 0.1) {
           last_progress = Clock::now();
@@ -224,8 +253,7 @@ class Run {
     traverse(state);
     r.end_state_hash = state.hash_text();
     const VehicleEnergy& e = world_->energy();
-    r.energy_residual_ratio =
-        std::abs(total_residual(e, world_->terrain().energy(), totals_.soil_0)) / std::max(e.gross, 1e-6);  // [J] parked: nothing to compare with
+    r.energy_residual_ratio = std::abs(total_residual(e, world_->terrain().energy(), totals_.soil_0)) / e.yardstick();
     r.joint_drift_m = totals_.drift;
     r.total_mass = scenario_.vehicle.total_mass();
     // The last state is a checkpoint too: a longer run may go on from it.
@@ -237,11 +265,17 @@ class Run {
     c.frames = record_->recorder().frames();
     c.state = state;
     write_checkpoint(folder_ / "checkpoint.h5", c);
+    r.warnings = extent_.warnings(scenario_.vehicle);
+    write_warnings();
     Recorder& rec = record_->recorder();
     rec.set_attribute("end_state_hash", r.end_state_hash);
     rec.set_attribute("status", "finished");
     rec.set_attribute("simulated_s", time());
+    r.energy_yardstick_J = e.yardstick();
+    r.energy_yardstick = e.yardstick_name();
     rec.set_attribute("energy_residual_ratio", r.energy_residual_ratio);
+    rec.set_attribute("energy_yardstick_J", r.energy_yardstick_J);
+    rec.set_attribute("energy_yardstick", r.energy_yardstick);
     rec.set_attribute("joint_drift_max", r.joint_drift_m);
     const auto closing = Clock::now();
     rec.flush();
@@ -259,8 +293,9 @@ class Run {
     return r;
   }
 
-  static constexpr double fastest = 100;    // [m/s]
-  static constexpr double lost_height = 5;  // [m]
+  static constexpr double fastest = 100;                                          // [m/s]
+  static constexpr double lost_height = 5;                                        // [m]
+  static constexpr double rest_speed = 1e-4, rest_time = 0.5, settle_limit = 30;  // [m/s], [s], [s]
 
   Scenario scenario_;
   std::string text_;
@@ -272,6 +307,7 @@ class Run {
   std::optional<RunRecord> record_;
   Command command_;
   RunTotals totals_;
+  ExtentWatch extent_;
   double last_checkpoint_ = -1;
   double terrain_s_ = 0, output_s_ = 0;
 };
@@ -296,9 +332,8 @@ RunSummary run_scenario(const fs::path& yaml, const Registry& registry, const Ru
   const ScenarioOverrides overrides{o.terrain, o.duration};
   load_scenario(yaml, registry, overrides);  // errors name the user's own files
   const std::vector<InputFile> inputs = collect_inputs(yaml);
+  const FolderLock lock(o.out);
   std::error_code e;
-  fs::create_directories(o.out, e);
-  if (e) throw ResultsError(o.out.string() + ": cannot be made: " + e.message() + "; choose another output folder");
   fs::remove(o.out / "checkpoint.h5", e);  // of an earlier run in this folder
   copy_inputs(inputs, o.out / "inputs");
   const fs::path copy = o.out / "inputs" / inputs.front().relative;
@@ -325,6 +360,7 @@ RunSummary resume_run(const fs::path& folder, const Registry& registry, int thre
   if (!fs::is_directory(folder / "inputs"))
     throw ResultsError(folder.string() +
                        ": not a run folder (it has no inputs/); give the folder that `grouser run` has written");
+  const FolderLock lock(folder);
   Checkpoint origin = read_checkpoint(folder / "inputs" / "origin.h5");
   std::string relative, terrain;
   double duration = -1;

@@ -2,6 +2,7 @@
 // that of the element.
 #include <tinyxml2.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <sstream>
@@ -17,9 +18,41 @@ using tinyxml2::XMLElement;
 /// Stops of a URDF joint are hard; here they are springs of this stiffness.
 constexpr double stop_stiffness_turn = 2000, stop_stiffness_travel = 1e5;  // [N m/rad], [N/m]
 
+/// What is wrong and how to write it, in place of the parser's symbol.
+std::string xml_fault(const tinyxml2::XMLDocument& doc) {
+  const std::string said = doc.ErrorStr() ? doc.ErrorStr() : "";
+  const auto named = said.rfind("name=");
+  const std::string name = named == std::string::npos ? "" : said.substr(named + 5);
+  const std::string at = name.empty() ? "a tag" : "<" + name + ">";
+  switch (doc.ErrorID()) {
+    case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT:
+      return at + " is opened here and not closed, or closed by a tag of another name; write </" + name + ">";
+    case tinyxml2::XML_ERROR_PARSING_ELEMENT:
+      return at + " is broken here; write <name ...> with </name> after its content, or <name .../>";
+    case tinyxml2::XML_ERROR_PARSING_ATTRIBUTE:
+      return "an attribute of " + at + " is broken; write name=\"value\"";
+    case tinyxml2::XML_ERROR_PARSING_COMMENT:
+      return "the comment that opens here is not closed; it ends with -->";
+    case tinyxml2::XML_ERROR_PARSING_TEXT:
+      return "text that no tag closes; each <name> wants its </name>";
+    case tinyxml2::XML_ERROR_PARSING_DECLARATION:
+    case tinyxml2::XML_ERROR_PARSING_UNKNOWN:
+    case tinyxml2::XML_ERROR_PARSING_CDATA:
+      return "a <?...?> or <!...> that opens here is broken or not closed";
+    case tinyxml2::XML_ERROR_PARSING:
+      return "a tag that is opened in this line is not closed before the file ends; write </name>";
+    case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
+      return "the file is empty; a URDF file begins with <robot name=\"...\">";
+    case tinyxml2::XML_ELEMENT_DEPTH_EXCEEDED:
+      return "tags nested too deep";
+    default:
+      return said;
+  }
+}
+
 class Reader {
  public:
-  Reader(std::string file, std::string text, InputLog& log) : file_(std::move(file)), log_(log) {
+  Reader(std::string file, const std::string& text, InputLog& log) : file_(std::move(file)), log_(log) {
     std::istringstream in(text);
     for (std::string line; std::getline(in, line);) lines_.push_back(line);
   }
@@ -32,6 +65,12 @@ class Reader {
       if (at != std::string::npos) column = static_cast<int>(at) + 1;
     }
     return {file_, line, column};
+  }
+  /// First character of a line, for what has no element yet.
+  Place line_start(int line) const {
+    line = std::clamp(line, 1, std::max(1, static_cast<int>(lines_.size())));
+    const std::size_t first = lines_.empty() ? 0 : lines_[line - 1].find_first_not_of(" \t");
+    return {file_, line, first == std::string::npos ? 1 : static_cast<int>(first) + 1};
   }
   void error(const XMLElement* e, const std::string& message) {
     const Place p = place(e);
@@ -150,10 +189,13 @@ void read_urdf_vehicle(const std::filesystem::path& file, const ConfigNode& extr
   const std::string text = buffer.str();
   Reader rd(file.string(), text, log);
   tinyxml2::XMLDocument doc;
-  if (!in || doc.Parse(text.c_str(), text.size()) != tinyxml2::XML_SUCCESS) {
-    log.error(file.string(), in ? doc.ErrorLineNum() : 0, in ? 1 : 0,
-              in ? std::string("not well-formed XML: ") + tinyxml2::XMLDocument::ErrorIDToName(doc.ErrorID())
-                 : "cannot be read");
+  if (!in) {
+    log.error(file.string(), 0, 0, "cannot be read");
+    return;
+  }
+  if (doc.Parse(text.c_str(), text.size()) != tinyxml2::XML_SUCCESS) {
+    const Place p = rd.line_start(doc.ErrorLineNum());
+    log.error(p.file, p.line, p.column, "not well-formed XML: " + xml_fault(doc));
     return;
   }
   const XMLElement* robot = doc.FirstChildElement("robot");

@@ -1,7 +1,6 @@
 #include "grouser/vehicle/vehicle_loader.h"
 
 #include <algorithm>
-#include <array>
 #include <tuple>
 
 #include "vehicle_reader.h"
@@ -31,12 +30,11 @@ VehicleSpec load_vehicle(const std::filesystem::path& file, const ConfigNode& ex
   ReadVehicle v;
   v.spec.file = file.string();
   const std::size_t errors_before = log.errors.size();
-  constexpr std::array keys{"wheels", "motors", "steering", "differential", "battery"};
   if (file.extension() == ".urdf") {
-    for (const char* key : keys) extras.node(key);  // known here, also when the URDF itself cannot be read
+    for (const char* key : urdf_extras) extras.node(key);  // known here, also when the URDF itself cannot be read
     read_urdf_vehicle(file, extras, v, log);
   } else {
-    for (const char* key : keys)
+    for (const char* key : urdf_extras)
       if (extras.has(key)) {
         extras.node(key);
         extras.error_at(

@@ -1,5 +1,6 @@
 #pragma once
 // Shared by the YAML and the URDF reader.
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -14,6 +15,9 @@ struct Place {
   std::string file;
   int line = 0, column = 0;
 };
+
+/// What a scenario says of a URDF vehicle.
+inline constexpr std::array urdf_extras{"wheels", "motors", "steering", "differential", "battery"};
 
 struct ReadVehicle {
   VehicleSpec spec;

@@ -431,7 +431,7 @@ struct VehicleWorld::Impl {
     }
     energy.joints += joint_work;
     energy.motor += motor;
-    energy.gross += std::abs(motor);
+    energy.motor_positive += std::max(0.0, motor);
     energy.motor_gross += std::abs(motor);
     motor_power = motor / dt;
     for (std::size_t i = 0; i < spec.wheels.size(); ++i) {
@@ -448,7 +448,6 @@ struct VehicleWorld::Impl {
       const Twist mean{from(v_mid[b]), from(w_mid[b])};
       const double model = soil_model[i].power(soil_twist[i]), applied_end = soil_applied[i].power(soil_twist[i]);
       energy.soil_work += model;
-      energy.gross += std::abs(model);
       energy.implicit += applied_end - model;
       energy.integration += soil_applied[i].power(mean) - applied_end;
     }
@@ -629,8 +628,9 @@ void VehicleWorld::traverse(State& s) {
     s.field("twist", m.soil_twist[i]);
   }
   VehicleEnergy& e = m.energy;
-  double* account[] = {&e.kinetic, &e.potential,   &e.spring,  &e.motor, &e.damper,    &e.soil_work, &e.implicit,
-                       &e.joints,  &e.integration, &e.battery, &e.gross, &e.kinetic_0, &e.spring_0,  &e.motor_gross};
+  double* account[] = {&e.kinetic,        &e.potential, &e.spring,   &e.motor,       &e.damper,
+                       &e.soil_work,      &e.implicit,  &e.joints,   &e.integration, &e.battery,
+                       &e.motor_positive, &e.kinetic_0, &e.spring_0, &e.motor_gross};
   double values[14];
   for (int k = 0; k < 14; ++k) values[k] = *account[k];
   s.reals("energy", values, 14);

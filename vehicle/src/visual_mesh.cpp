@@ -53,7 +53,8 @@ void add_gear(VisualMesh& m, const RunningGear& g, const Pose& X_BG) {
     add_wheel(m, 4 * lugged->lug_count, lugged->width, X_BG, [&](int i) { return i % 4 == 0 ? lug : lugged->radius; });
     return;
   }
-  add_wheel(m, 48, g.width(), X_BG, [&](int i) { return i % 4 < 2 ? g.radius() : 0.96 * g.radius(); });
+  // Round to the eye; the page draws spokes on the sides, so that one sees it turn.
+  add_wheel(m, 96, g.width(), X_BG, [&](int) { return g.radius(); });
 }
 
 }  // namespace
@@ -64,7 +65,7 @@ VisualMesh visual_mesh(const VehicleSpec& v, int link) {
     if (s.kind == Visual::Kind::box)
       add_box(m, s.size, s.X_BS);
     else
-      add_wheel(m, 32, s.size.y(), s.X_BS, [&](int) { return s.size.x(); });
+      add_wheel(m, 64, s.size.y(), s.X_BS, [&](int) { return s.size.x(); });
   }
   for (const WheelSpec& w : v.wheels) {
     if (w.link != link) continue;

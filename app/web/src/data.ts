@@ -69,6 +69,8 @@ export interface Summary {
   joint_drift_m: number;
   energy_residual_J: number | null;
   energy_residual_ratio: number | null;
+  energy_yardstick_J: number | null;
+  energy_yardstick: string;
   real_time_factor: number | null;
   timing: Record<'bullet_s' | 'terrain_s' | 'output_s' | 'wall_s', number | null>;
 }

@@ -3,7 +3,7 @@ import type { Clock } from './clock';
 import { gradient, rutRamp, soilRamp } from './colours';
 import type { Run } from './data';
 import { SceneView, type ViewName } from './scene';
-import { el, num } from './text';
+import { el, fixed, num } from './text';
 
 const icon = (path: string): string => `<svg viewBox="0 0 16 16" width="16" height="16" aria-hidden="true"><path d="${path}"/></svg>`;
 const playIcon = icon('M4 2.5v11l9.5-5.5z');
@@ -24,11 +24,11 @@ function readout(run: Run, t: number): string {
   };
   const parts: string[] = [];
   const speed = run.at('vehicle.speed', t);
-  if (Number.isFinite(speed)) parts.push(`${speed.toFixed(2).replace('-', '\u2212')} m/s`);
+  if (Number.isFinite(speed)) parts.push(`${fixed(speed, 2)} m/s`);
   const sinkage = mean('sinkage');
-  if (Number.isFinite(sinkage)) parts.push(`sinkage ${(1e3 * sinkage).toFixed(1).replace('-', '\u2212')} mm`);
+  if (Number.isFinite(sinkage)) parts.push(`sinkage ${fixed(1e3 * sinkage, 1)} mm`);
   const slip = mean('slip');
-  if (Number.isFinite(slip)) parts.push(`slip ${(100 * slip).toFixed(0).replace('-', '\u2212')} %`);
+  if (Number.isFinite(slip)) parts.push(`slip ${fixed(100 * slip, 0)} %`);
   return parts.join(' \u00b7 ');
 }
 
@@ -135,7 +135,7 @@ export function playback(runs: Run[], clock: Clock): Playback {
       legend.append(bar('sinkage', rutRamp, '0', `${num(1e3 * scene.fullScale, 2)} mm`));
       const relief = scene.ground.highest - scene.ground.lowest;
       if (relief > 1e-4) {
-        const mm = (z: number) => (1e3 * z).toFixed(0).replace('-', '\u2212');
+        const mm = (z: number) => fixed(1e3 * z, 0);
         legend.append(bar('height', soilRamp, mm(scene.ground.lowest), `${mm(scene.ground.highest)} mm`));
       }
     }

@@ -213,6 +213,12 @@ export class Chart {
       return asked;
     };
     const rangeX = o.free ? { range: xRange } : o.margin ? { range: (_: uPlot, lo: number, hi: number): [number, number] => [lo - 0.04 * (hi - lo), hi + 0.04 * (hi - lo)] } : {};
+    // Nearly equal values get a span that the labels of the axis can tell apart.
+    const yRange = (_: uPlot, lo: number | null, hi: number | null): uPlot.Range.MinMax => {
+      if (lo === null || hi === null) return [null, null];
+      const least = 1e-4 * Math.max(Math.abs(lo), Math.abs(hi));
+      return hi - lo < least ? [lo - 5 * least, hi + 5 * least] : uPlot.rangeNum(lo, hi, 0.1, true);
+    };
     const plot: uPlot = new uPlot(
       {
         width: Math.max(200, this.host.clientWidth),
@@ -226,7 +232,7 @@ export class Chart {
         focus: { alpha: 0.35 },
         scales: {
           x: { time: false, ...(logX ? log : {}), ...rangeX },
-          y: { ...(logY ? log : {}), ...(o.free ? { range: () => ySpan } : {}) },
+          y: { ...(logY ? log : {}), ...(o.free ? { range: () => ySpan } : logY ? {} : { range: yRange }) },
         },
         axes: [
           { stroke: ink, grid, ticks: grid, font, label: o.xLabel, labelFont: font, labelSize: 20, size: 34, values, ...(o.free && logX ? { filter: logTicks } : {}) },

@@ -235,10 +235,16 @@ function ledger(charts: Charts, runs: Run[]): HTMLElement | null {
         dash: c === 'energy.residual' ? [4, 3] : several && c !== 'energy.motor' ? [8, 4] : undefined,
       });
     }
-  const worst = runs.map((r) => `${several ? `${r.label}: ` : ''}${percent(r.header.summary.energy_residual_ratio)} %`).join(', ');
+  const worst = runs
+    .map(({ label, header: { summary: s } }) => {
+      const of = `${s.energy_yardstick}, ${num(s.energy_yardstick_J)} J`;
+      const share = s.energy_residual_ratio === null ? `${num(s.energy_residual_J)} J (next to no work: ${of})` : `${percent(s.energy_residual_ratio)} % of the ${of}`;
+      return `${several ? `${label}: ` : ''}${share}`;
+    })
+    .join('; ');
   return section(
     'Energy ledger',
-    `Every entry comes from its own formula; the residual is what does not add up. Residual at the end against the work done: ${worst}.`,
+    `Every entry comes from its own formula; the residual is what does not add up. Residual at the end: ${worst}.`,
     el('div', { class: 'grid' }, el('div', { class: 'card' }, table(head, body, 'ledger')), charts.add({ title: 'Energy', unit: 'J', xLabel: 'time [s]', axis: 'time' }, lines)),
   );
 }
@@ -376,7 +382,7 @@ function cards(run: Run): HTMLElement {
     ['motor work', num(s.energy_per_metre), 'J/m'],
     ['battery', num(s.battery_per_metre), 'J/m'],
     ['vertical acceleration, rms', num(rms), 'm/s\u00b2'],
-    ['energy residual of the work', percent(s.energy_residual_ratio), '%'],
+    [`energy residual of the ${s.energy_yardstick.replace('positive ', '')}`, percent(s.energy_residual_ratio), '%'],
     ['real-time factor', num(s.real_time_factor), '\u00d7'],
   ];
   return el(

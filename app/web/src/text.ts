@@ -25,6 +25,12 @@ export function num(x: number | null | undefined, digits = 3): string {
   return s.replace('-', '\u2212').replace(/e\u2212/, 'e\u2212');
 }
 
+/** Fixed number of decimals with a real minus sign; what rounds to zero has no sign. */
+export function fixed(x: number, decimals: number): string {
+  const s = x.toFixed(decimals);
+  return Number(s) === 0 ? s.replace('-', '') : s.replace('-', '\u2212');
+}
+
 export const words = (name: string): string => name.replace(/_/g, ' ');
 
 export const unitText = (unit: string): string =>

@@ -20,9 +20,12 @@ class FileErrors {
   bool any() const { return !errors_.empty(); }
   /// @throws ConfigError when there are any.
   void check() const;
+  /// Hands them to the document of the node that names the file.
+  void report_to(const ConfigNode& node) const;
   [[noreturn]] void fail(int line, int column, std::string message);
 
  private:
+  std::vector<Diagnostic> all() const;
   std::string file_;
   std::vector<Diagnostic> errors_;
   std::size_t more_ = 0;
@@ -62,6 +65,24 @@ class CsvFile {
   std::shared_ptr<const std::string> text_;
   std::vector<Row> rows_;
   std::vector<std::string> notes_;
+};
+
+/// A CSV file with one header line, every other row with as many cells.
+struct CsvRecords {
+  struct Row {
+    int line;  ///< from 1
+    std::vector<CsvCell> cells;
+  };
+  std::filesystem::path file;
+  std::vector<std::string> columns, notes;
+  std::vector<Row> rows;
+
+  /// Never throws for bad content: no file, no header, a quoted cell that is not closed and rows of another length, which are left
+  /// out, are added to `errors`.
+  static CsvRecords read(const std::filesystem::path& file, FileErrors& errors);
+  std::optional<std::size_t> column(std::string_view name) const;
+  /// "the table t.csv has no column 'x'" with the nearest name, or all of them.
+  std::string unknown_column(std::string_view name) const;
 };
 
 }  // namespace grouser

@@ -74,7 +74,8 @@ struct RigSummary {
 /// @throws ConfigError (bad file; also a terrain that is not continuous with "cvode"), RigError, ResultsError
 RigSummary run_rig(const std::filesystem::path& yaml, const Registry& registry, const RigOptions& options);
 
-/// @throws ConfigError with every error of the file and the files it names.
-void check_rig(const std::filesystem::path& yaml, const Registry& registry);
+/// @throws ConfigError with every error of the file, the files it names and what replaces parts of it (RigOptions).
+void check_rig(const std::filesystem::path& yaml, const Registry& registry,
+               const std::optional<std::string>& terrain = {}, const std::vector<double>& slips = {});
 
 }  // namespace grouser::vehicle

@@ -29,7 +29,7 @@ struct Scenario {
   long seed = 1;
   double output_rate = 200;     ///< [Hz]
   double checkpoint_every = 1;  ///< [s]
-  double settle = 2;            ///< [s] of standing still before t = 0
+  std::optional<double> settle;  ///< [s] of standing still before t = 0; none: until at rest (simulation.h)
   Pose start;                   ///< vehicle frame: x, y and yaw; z = height of the ground there
   std::vector<Assumption> assumptions;
   ScenarioOverrides overrides;

@@ -8,11 +8,14 @@
 // Same bits: at every checkpoint the Bullet world, the terrain and the driver are built anew from the saved state, in
 // the run that saves as in the run that resumes. Bullet's hidden state (solver seeds, caches) thus never matters, and
 // an uninterrupted run, a killed and resumed one and any number of threads end in the same state hash.
+// Before t = 0 the vehicle stands still with its motors held at zero: for start.settle, or, when the scenario does not say, until no body
+// has moved faster than 0.1 mm/s for 0.5 s, at most 30 s. How long, and the fastest body after it, are attributes of run.h5.
 #include <filesystem>
 #include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "grouser/terrain/registry.h"
 
@@ -41,9 +44,12 @@ struct RunSummary {
   std::filesystem::path folder;
   double simulated_s = 0, wall_s = 0, bullet_s = 0, terrain_s = 0, output_s = 0;
   std::string end_state_hash;
-  double energy_residual_ratio = 0;  ///< [-] |what does not close| over the gross work of motors and soil
+  double energy_residual_ratio = 0;  ///< [-] |what does not close| at the end over energy_yardstick_J
+  double energy_yardstick_J = 0;     ///< [J] VehicleEnergy::yardstick()
+  std::string energy_yardstick;      ///< what it is: "positive motor work" or "height energy given up"
   double joint_drift_m = 0;          ///< [m] largest of the run
   double total_mass = 0;             ///< [kg]
+  std::vector<std::string> warnings; ///< what the results must be read with: a wheel left the ground's data
 };
 
 /// @throws ConfigError (input), ResultsError (folder cannot be written), SimulationError.

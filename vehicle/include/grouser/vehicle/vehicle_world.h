@@ -5,6 +5,7 @@
 // the direct solver (btMLCPSolver with Dantzig's pivoting: all rows are equations, so it is one LDL^T).
 // vehicle/README.md has the measured drift and cost of this and of the alternatives. Nothing collides: soil contact is
 // the terrain's.
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -47,14 +48,20 @@ struct Command {
 struct VehicleEnergy {
   double kinetic = 0, potential = 0, spring = 0;  ///< state, potential relative to reset_energy()
   double motor = 0, damper = 0, soil_work = 0, implicit = 0, joints = 0, integration = 0;
-  double battery = 0;      ///< taken from the battery
-  double gross = 0;        ///< sum of |motor| + |soil work|: the yardstick
-  double motor_gross = 0;  ///< sum of |motor|
+  double battery = 0;         ///< taken from the battery
+  double motor_positive = 0;  ///< sum over the steps of max(0, motor): what the motors put in while they drove
+  double motor_gross = 0;     ///< sum of |motor|
   double kinetic_0 = 0, spring_0 = 0;
   /// What does not close.
   double residual() const {
     return motor - damper + soil_work + implicit + joints + integration - (kinetic - kinetic_0) - potential -
            (spring - spring_0);
+  }
+  /// What the residual is compared with: the positive motor work, or the height energy given up where that is more (coasting downhill).
+  /// At least 1e-6 J: a parked vehicle has nothing to compare with.
+  double yardstick() const { return std::max({motor_positive, -potential, 1e-6}); }
+  const char* yardstick_name() const {
+    return motor_positive >= -potential ? "positive motor work" : "height energy given up";
   }
 };
 
