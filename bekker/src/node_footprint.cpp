@@ -114,7 +114,7 @@ void Footprint::add_segments(NodeGrid& grid, bool commit) {
         t.shown = false;
       } else {
         if (copies_.size() <= copies) copies_.emplace_back();
-        std::vector<double>& c = copies_[copies++];
+        Nodes& c = copies_[copies++];
         grid.copy_of(a, b, t, c);
         s.nodes = c.data();
       }

@@ -34,8 +34,8 @@ class Footprint {
   Gear gear_{};
   Mat3 R_ = Mat3::Identity();  ///< grid to world
   std::vector<Segment> segments_;
-  std::vector<std::vector<double>> copies_;  ///< of a trial
-  std::vector<double> surface_;
+  std::vector<Nodes> copies_;  ///< of a trial
+  Nodes surface_;
   // Tiles around the gear, kept while it stays over them.
   std::vector<Tile*> tiles_;
   std::int64_t a0_ = 0, a1_ = 0, b0_ = 0, b1_ = 0;

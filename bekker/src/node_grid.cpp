@@ -13,6 +13,7 @@ constexpr int kView = 4;                 // nodes along a cell of the 3-D view
 
 std::int64_t tile_of(std::int64_t i) { return i >> 4; }
 static_assert(kSide == 16);
+int in_tile(std::int64_t i, std::int64_t j) { return static_cast<int>((i & (kSide - 1)) * kSide + (j & (kSide - 1))); }
 
 }  // namespace
 
@@ -63,7 +64,7 @@ void NodeGrid::clear() {
 
 void NodeGrid::default_nodes(double* nodes) const {
   std::fill(nodes, nodes + kFields * kTile, 0.0);
-  std::fill(nodes + kKu * kTile, nodes + (kKu + 1) * kTile, 1.0);
+  for (int n = 0; n < kTile; ++n) nodes[place(kKu, n)] = 1;
 }
 
 void NodeGrid::expand(Key k, double* nodes) const {
@@ -71,9 +72,9 @@ void NodeGrid::expand(Key k, double* nodes) const {
   const auto it = rest_.find(k);
   if (it == rest_.end()) return;
   for (int n = 0; n < kTile; ++n) {
-    nodes[kZu * kTile + n] = static_cast<double>(it->second.zu[n]);
-    nodes[kZs * kTile + n] = static_cast<double>(it->second.zs[n]);
-    nodes[kKu * kTile + n] = static_cast<double>(it->second.ku[n]);
+    nodes[place(kZu, n)] = static_cast<double>(it->second.zu[n]);
+    nodes[place(kZs, n)] = static_cast<double>(it->second.zs[n]);
+    nodes[place(kKu, n)] = static_cast<double>(it->second.ku[n]);
   }
 }
 
@@ -86,7 +87,7 @@ double* NodeGrid::wake(std::int64_t a, std::int64_t b, Tile& tile) {
   return tile.nodes.data();
 }
 
-void NodeGrid::copy_of(std::int64_t a, std::int64_t b, const Tile& tile, std::vector<double>& copy) const {
+void NodeGrid::copy_of(std::int64_t a, std::int64_t b, const Tile& tile, Nodes& copy) const {
   if (!tile.nodes.empty()) {
     copy = tile.nodes;
     return;
@@ -100,8 +101,7 @@ void NodeGrid::release(const Box& box) {
     for (std::int64_t j = box.j0; j < box.j1; ++j) {
       const auto it = live_.find(key(tile_of(i), tile_of(j)));
       if (it == live_.end() || it->second.nodes.empty()) continue;
-      double* n = it->second.nodes.data() + (i & (kSide - 1)) * kSide + (j & (kSide - 1));
-      for (const Field f : {kZ, kCover, kJ, kY, kU1, kU2, kG, kRut}) n[f * kTile] = 0;
+      for (const Field f : {kZ, kCover, kJ, kY, kU1, kU2, kG, kRut}) it->second.nodes[place(f, in_tile(i, j))] = 0;
     }
 }
 
@@ -110,19 +110,22 @@ void NodeGrid::tidy() {
   ++generation_;
   for (auto it = live_.begin(); it != live_.end();) {
     Tile& t = it->second;
-    const double* cover = t.nodes.empty() ? nullptr : t.nodes.data() + kCover * kTile;
-    const bool pressed = cover && std::any_of(cover, cover + kTile, [](double c) { return c > 0; });
+    const auto some = [&](Field f) {
+      for (int n = 0; n < kTile && !t.nodes.empty(); ++n)
+        if (t.nodes[place(f, n)] > 0) return true;
+      return false;
+    };
+    const bool pressed = some(kCover);
     if (pressed || t.used > step_ - kPatience) {
       ++it;
       continue;
     }
-    const double* zu = t.nodes.empty() ? nullptr : t.nodes.data() + kZu * kTile;
-    if (zu && std::any_of(zu, zu + kTile, [](double d) { return d > 0; })) {
+    if (some(kZu)) {
       Rest& r = rest_[it->first];
       for (int n = 0; n < kTile; ++n) {
-        r.zu[n] = static_cast<float>(t.nodes[kZu * kTile + n]);
-        r.zs[n] = static_cast<float>(t.nodes[kZs * kTile + n]);
-        r.ku[n] = static_cast<float>(t.nodes[kKu * kTile + n]);
+        r.zu[n] = static_cast<float>(t.nodes[place(kZu, n)]);
+        r.zs[n] = static_cast<float>(t.nodes[place(kZs, n)]);
+        r.ku[n] = static_cast<float>(t.nodes[place(kKu, n)]);
       }
       if (!t.shown) changed_at_rest_.push_back(it->first);
     }
@@ -135,9 +138,9 @@ double NodeGrid::value(Field f, double x, double y) const {
   const Vec2 p = layout_.to_grid(x, y) / layout_.spacing;
   const auto i = static_cast<std::int64_t>(std::llround(p.x())), j = static_cast<std::int64_t>(std::llround(p.y()));
   const Key k = key(tile_of(i), tile_of(j));
-  const auto n = static_cast<std::size_t>((i & (kSide - 1)) * kSide + (j & (kSide - 1)));
+  const int n = in_tile(i, j);
   if (const auto it = live_.find(k); it != live_.end() && !it->second.nodes.empty())
-    return it->second.nodes[static_cast<std::size_t>(f) * kTile + n];
+    return it->second.nodes[place(f, n)];
   if (const auto it = rest_.find(k); it != rest_.end())
     return static_cast<double>(f == kZu   ? it->second.zu[n]
                                : f == kZs ? it->second.zs[n]
@@ -148,11 +151,10 @@ double NodeGrid::value(Field f, double x, double y) const {
 
 double NodeGrid::node_rut(std::int64_t i, std::int64_t j) const {
   const Key k = key(tile_of(i), tile_of(j));
-  const auto n = static_cast<std::size_t>((i & (kSide - 1)) * kSide + (j & (kSide - 1)));
+  const int n = in_tile(i, j);
   if (const auto it = live_.find(k); it != live_.end() && !it->second.nodes.empty()) {
-    const double* f = it->second.nodes.data() + n;
-    if (f[kCover * kTile] > 0) return f[kZ * kTile];
-    return f[kZs * kTile];
+    const Nodes& nodes = it->second.nodes;
+    return nodes[place(nodes[place(kCover, n)] > 0 ? kZ : kZs, n)];
   }
   const auto it = rest_.find(k);
   return it == rest_.end() ? 0.0 : static_cast<double>(it->second.zs[n]);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <new>
 #include <unordered_map>
 #include <vector>
 
@@ -30,13 +31,27 @@ struct Box {
   bool meets(const Box& o) const { return i0 < o.i1 && o.i0 < i1 && j0 < o.j1 && o.j0 < j1; }
 };
 
+/// Memory on the boundaries of cache lines, where whole blocks are loaded fastest.
+template <class T>
+struct Aligned {
+  using value_type = T;
+  static constexpr std::align_val_t boundary{64};
+  Aligned() = default;
+  template <class U>
+  Aligned(const Aligned<U>&) {}
+  T* allocate(std::size_t n) { return static_cast<T*>(::operator new(n * sizeof(T), boundary)); }
+  void deallocate(T* p, std::size_t) { ::operator delete(p, boundary); }
+  bool operator==(const Aligned&) const { return true; }
+};
+using Nodes = std::vector<double, Aligned<double>>;
+
 struct Tile {
-  std::array<double, kTile> height;  ///< undisturbed ground [m]
-  double top = 0;                    ///< its maximum
-  std::vector<unsigned char> soil;   ///< material of each node; empty when the ground has one
-  std::vector<double> nodes;         ///< kFields * kTile; empty while untouched or at rest
-  std::int64_t used = 0;             ///< step in which a gear was near
-  bool shown = true;                 ///< no change since the 3-D view asked
+  alignas(64) std::array<double, kTile> height;  ///< undisturbed ground [m]
+  double top = 0;                                ///< its maximum
+  std::vector<unsigned char> soil;               ///< material of each node; empty when the ground has one
+  Nodes nodes;                                   ///< kFields * kTile, see place(); empty while untouched or at rest
+  std::int64_t used = 0;                         ///< step in which a gear was near
+  bool shown = true;                             ///< no change since the 3-D view asked
 };
 
 class NodeGrid {
@@ -56,7 +71,7 @@ class NodeGrid {
   /// Nodes of a tile for writing: wakes them from rest or makes new ones.
   double* wake(std::int64_t a, std::int64_t b, Tile& tile);
   /// The same without changing the grid: into `copy`.
-  void copy_of(std::int64_t a, std::int64_t b, const Tile& tile, std::vector<double>& copy) const;
+  void copy_of(std::int64_t a, std::int64_t b, const Tile& tile, Nodes& copy) const;
 
   /// Nothing presses on these nodes any more: their shear is forgotten.
   void release(const Box& box);

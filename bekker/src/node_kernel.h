@@ -24,6 +24,10 @@ enum Field {
   kFields
 };
 
+/// Place of a field of node `at` in a tile's array: the fields of a block lie beside one another, so that a block is one
+/// run of memory.
+constexpr int place(Field f, int at) { return ((at / kBlock) * kFields + f) * kBlock + at % kBlock; }
+
 /// One soil for one gear and step.
 struct Material {
   double modulus, n;         ///< p = modulus z^n [Pa/m^n], [-]
@@ -49,7 +53,7 @@ struct Gear {
 
 /// Part of a tile: rows i0..i1 - 1, nodes j0..j1 - 1 (multiples of kBlock).
 struct Segment {
-  double* nodes;              ///< kFields arrays of kTile
+  double* nodes;              ///< kFields * kTile doubles, see place(); on a boundary of 64 bytes for speed
   const double* height;       ///< undisturbed ground above the hub [m] when `base` is added
   const double* surface;      ///< null for a smooth cylinder; else 5 arrays: height, normal (3), cover
   const unsigned char* soil;  ///< material of each node, null when there is one
@@ -63,9 +67,8 @@ struct Sums {
   double K[36];                                    ///< dF/dx, row-major
   double damping[36];                              ///< dF/dv
   double stored, dissipated, integration, placed;  ///< [J]
-  double rut, cover;                               ///< sum of cover * depth at meeting, sum of cover
+  double rut, cover;                               ///< sum of cover * depth at meeting, sum of cover of pressed nodes
   double front, rear;                              ///< largest and least x_C of pressed nodes; -1e30 and 1e30 when none
-  double nodes;                                    ///< pressed nodes
 };
 
 using Kernel = void (*)(const Gear&, const Material*, int materials, const Segment*, int segments, Sums&);

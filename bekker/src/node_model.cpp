@@ -44,6 +44,7 @@ struct Options {
   double spacing = 0;    ///< 0 = auto
   SteadyOptions steady;  ///< of closure wong
   double rebound = 0.02;
+  bool rebound_given = false;
   double reference_width = -1;  ///< [m]; -1 the soil's, 0 the wheel's own
   node::WheelOptions wheel;
   std::vector<Region> regions;
@@ -64,6 +65,7 @@ Options read(const ConfigNode& o) {
     return n.as_quantity("m", Range::positive());
   };
   s.spacing = length_or_word("spacing", "auto", 0, 0);
+  s.rebound_given = o.has("unloading_rebound");
   s.rebound = o.quantity_or("unloading_rebound", s.rebound, "1", Range::between(0.01, 1));
   s.reference_width = read_reference_width(o);
   const std::string lugs = o.choice_or("lugs", "auto", {"auto", "mean", "resolved"});
@@ -92,6 +94,18 @@ Options read(const ConfigNode& o) {
   s.steady.reference_width = s.reference_width;
   o.finish();
   return s;
+}
+
+/// A soil whose unloading slope nobody measured springs back by a default: that is an assumption of the run.
+void assume_rebound(const ConfigNode& node, const Options& o, const Soil& soil) {
+  if (o.rebound_given) return;
+  std::vector<const Soil*> all{&soil};
+  for (const Soil& s : o.soils) all.push_back(&s);
+  for (const Soil* s : all) {
+    if (s->bekker->repetitive) continue;
+    node.assume("unloading_rebound", "0.02", "soil '" + s->name + "' has no measured unloading slope (`repetitive`)");
+    return;
+  }
 }
 
 SoilLaw law_of(const Soil& soil, double width, const Options& o) {
@@ -358,6 +372,7 @@ ModelInfo soil_node_model() {
                                           "' has no 'bekker:' section, which model bekker.soil_node needs");
             for (const Soil& s : options.soils)
               if (!s.bekker) return nullptr;  // noted in the document
+            assume_rebound(a.options, options, a.soil);
             return std::make_unique<SoilNode>(a.soil, std::move(options), a.ground);
           }};
 }

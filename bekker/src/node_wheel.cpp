@@ -114,7 +114,7 @@ void NodeWheel::advance(const Ground& ground, const Effects& effects, double dt,
   integration_ = sums.integration;
   placed_ = sums.placed;
   state_.stored = sums.stored;
-  if (!(sums.nodes > 0)) {
+  if (!(sums.cover > 0)) {
     clear_result(result);
     if (!commit) state_ = before;
     return;
@@ -136,7 +136,7 @@ void NodeWheel::advance(const Ground& ground, const Effects& effects, double dt,
     D = T * D * T.transpose();
   }
 
-  const double rut = sums.cover > 0 ? sums.rut / sums.cover : 0;
+  const double rut = sums.rut / sums.cover;
   if (!patch.contact) {  // the nodes see a corner that the patch's discs do not
     patch.angle = std::asin(std::clamp(std::max(sums.front, -sums.rear) / print_.gear().radius, 0.0, 1.0));
     patch.sinkage = print_.gear().radius * (1 - std::cos(patch.angle));

@@ -70,7 +70,7 @@ class NodeWheel {
   PatchFinder finder_;
   State state_;
 
-  std::vector<double> trial_;
+  Nodes trial_;
   std::vector<Material> materials_;
   double dissipated_ = 0, integration_ = 0, placed_ = 0;
 };

@@ -37,11 +37,11 @@ void WongWheel::touch() {
         const double w = std::min((g.half_width + 0.5 * g.spacing - std::abs(side)) / g.spacing, 1.0);
         // Here and there the wheel stands a little above a node: its arc is that of the equivalent patch.
         if (!(w > 0) || !(s.height[at] + s.base - zeta > -0.02 * r)) continue;
-        const double* n = s.nodes + at;
-        touched_.push_back({dx, dy, zeta, w, root / r * g.Z[2], n[kZu * kTile], n[kKu * kTile], n[kZs * kTile],
-                            s.soil ? s.soil[at] : 0});
+        const auto node = [&](Field f) { return s.nodes[place(f, at)]; };
+        touched_.push_back(
+            {dx, dy, zeta, w, root / r * g.Z[2], node(kZu), node(kKu), node(kZs), s.soil ? s.soil[at] : 0});
         if (s.height[at] + s.base <= zeta) continue;
-        rut += w * n[kZs * kTile];
+        rut += w * node(kZs);
         cover += w;
       }
   rut_ = cover > 0 ? rut / cover : 0;
@@ -110,7 +110,8 @@ void WongWheel::remember() {
       for (int j = s.j0; j < s.j1; ++j) {
         const int at = i * kSide + j;
         const double dx = s.x0 + i * g.spacing, dy = s.y0 + j * g.spacing, x = dx * g.X[0] + dy * g.X[1];
-        double *n = s.nodes + at, &cover = n[kCover * kTile], &deepest = n[kZ * kTile];
+        const auto node = [&](Field f) -> double& { return s.nodes[place(f, at)]; };
+        double &cover = node(kCover), &deepest = node(kZ);
         double z = -INFINITY, w = 0;
         if (x * x < 0.9975 * r * r) {
           const double zeta = (-std::sqrt(r * r - x * x) - (dx * g.Z[0] + dy * g.Z[1])) / g.Z[2];
@@ -121,13 +122,13 @@ void WongWheel::remember() {
           deepest = cover > 0 ? std::max(deepest, z) : z;
           cover = std::min(w, 1.0);
         } else if (cover > 0) {  // the pass is over
-          if (deepest > n[kZu * kTile]) {
+          if (deepest > node(kZu)) {
             const Material& m = soils_[s.soil ? s.soil[at] : 0].material;
             const double p = m.modulus * std::pow(deepest, m.n),
                          ku = std::max(m.ko + m.Au * deepest, m.ratio * p / deepest);
-            n[kZu * kTile] = deepest;
-            n[kKu * kTile] = ku;
-            n[kZs * kTile] = deepest - p / ku;
+            node(kZu) = deepest;
+            node(kKu) = ku;
+            node(kZs) = deepest - p / ku;
           }
           cover = deepest = 0;
         }

@@ -77,20 +77,76 @@ TEST(SoilNodeRut, SecondWheelSinksLessAndAsksLessTorque) {
 }
 
 TEST(SoilNodeRut, TenPassesConverge) {
-  // With a measured unloading slope (dry sand of Wong: ko = 0, Au = 503e6 N/m^4, on the simulant), and with the two assumed ones. A stiff
-  // soil in a flat rut carries the wheel on a short contact, so every pass still adds a little: the gain falls from pass to pass.
-  for (const std::string& options : {std::string("measured"), std::string("unloading_rebound: 0.1"), std::string()}) {
-    Track track(options == "measured" ? "" : options, 10, options == "measured");
+  // Converged: the tenth pass adds less than 1 % of the first depth, and each pass less than the one before. With a measured unloading slope
+  // (dry sand of Wong: ko = 0, Au = 503e6 N/m^4, on the simulant), and with the share that the measured slopes of the catalogue come to. The
+  // default share is stiffer and takes more passes: the next test says how many and why.
+  for (const bool measured : {true, false}) {
+    Track track(measured ? "" : "unloading_rebound: 0.1", 10, measured);
     std::vector<Pass> p;
     for (int i = 0; i < 10; ++i) p.push_back(track.run(i, 115, 0.1, 0.4));
-    std::printf("%s\n", options.c_str());
+    std::printf("%s\n", measured ? "measured slope" : "rebound 0.1");
     for (const Pass& q : p)
       std::printf("  depth %.3f mm, sinkage %.3f mm, torque %.3f N m, drawbar %.2f N\n", 1e3 * q.depth, 1e3 * q.sinkage,
                   q.torque, q.drawbar);
     for (int i = 2; i < 10; ++i)
-      EXPECT_LT(p[i].depth - p[i - 1].depth, p[i - 1].depth - p[i - 2].depth + 1e-5) << options << ", pass " << i + 1;
-    EXPECT_LT(p[9].depth - p[8].depth, (options.empty() ? 0.04 : 0.01) * p[0].depth) << options;
+      EXPECT_LT(p[i].depth - p[i - 1].depth, p[i - 1].depth - p[i - 2].depth + 1e-5) << "pass " << i + 1;
+    EXPECT_LT(p[9].depth - p[8].depth, 0.01 * p[0].depth);
     EXPECT_LT(p[9].torque, p[0].torque);
+  }
+}
+
+/// Load that a rut of depth z carries without getting deeper: eq 2.12 over the arc that the wheel shares with the soil that sprang back by
+/// rebound z, with shear by the travel at slip s (|u| <= K (1 - exp(-J/K))). 20000 trapezoids.
+double elastic_load(double z, double rebound, double slip) {
+  const BekkerSoil soil = mojave();
+  const double r = 0.13, b = 0.16, K = soil.shear.K, tan_phi = std::tan(soil.shear.friction_angle);
+  const double pu = 2.541e5 * std::pow(z / 0.05, 1.387), zs = (1 - rebound) * z, ku = pu / (z - zs);
+  const double end = std::sqrt(r * r - std::pow(r - z + zs, 2));
+  const int N = 20000;
+  const double dx = 2 * end / N;
+  double J = 0, load = 0;
+  for (int i = 0; i <= N; ++i) {
+    const double x = end - i * dx, cosine = std::sqrt(r * r - x * x) / r;
+    if (i > 0) J += (1 / (1 - slip) - cosine) * dx;
+    const double p = std::max(0.0, ku * (r * cosine - r + z - zs));
+    const double tau = (soil.shear.cohesion + p * tan_phi) * (1 - std::exp(-J / K));
+    load += (i == 0 || i == N ? 0.5 : 1) * b * dx * (p + tau * x / r / cosine);
+  }
+  return load;
+}
+
+double last_depth(double load, double rebound, double slip) {
+  double shallow = 1e-3, deep = 0.05;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (shallow + deep);
+    (elastic_load(middle, rebound, slip) < load ? shallow : deep) = middle;
+  }
+  return shallow;
+}
+
+TEST(SoilNodeRut, PassesTendToTheDepthThatCarriesTheLoadElastically) {
+  // A rigid wheel in a rut that springs back by a share e of its depth z is borne on an arc of half length sqrt(2 r e z) at most. The rut
+  // ends where that arc carries the load; before it, a gain g lengthens the arc ahead by dF/dg = 3/4 F/(e z) while F ~ z^(n + 1/2) at
+  // fixed gain (flat parabola, no shear): each gain is q = 1 - 4/3 (n + 1/2) e of the one before, in the limit of small gains.
+  struct Case {
+    double rebound;
+    int passes;
+  };
+  for (const auto& [rebound, passes] : {Case{0.02, 36}, Case{0.05, 20}, Case{0.1, 14}}) {
+    Track track("unloading_rebound: " + std::to_string(rebound));
+    std::vector<double> depth;
+    for (int i = 0; i < passes; ++i) depth.push_back(track.run(0, 115, 0.1, 0.3).depth);
+    const double last = last_depth(115, rebound, 0.1), q = 1 - 4.0 / 3 * (1.387 + 0.5) * rebound;
+    const double gain = depth[passes - 1] - depth[passes - 2], before = depth[passes - 2] - depth[passes - 3];
+    std::printf(
+        "rebound %.2f: pass %d at %.3f mm, gain %.4f mm, ratio %.3f (q %.3f), end at %.2f mm (elastic %.2f mm)\n",
+        rebound, passes, 1e3 * depth.back(), 1e3 * gain, gain / before, q, 1e3 * (depth.back() + gain * q / (1 - q)),
+        1e3 * last);
+    for (int i = 1; i < passes; ++i) EXPECT_GT(depth[i], depth[i - 1]) << "pass " << i + 1;
+    EXPECT_NEAR(gain / before, q, 0.02);
+    // The rest of the geometric series reaches the limit: 3 %, as the wheel rings a little on its nodes and the rut keeps the lower side.
+    EXPECT_NEAR(depth.back() + gain * q / (1 - q), last, 0.03 * last);
+    EXPECT_LT(depth.back(), last);
   }
 }
 
