@@ -1,43 +1,14 @@
 #include "grouser/diagnosis/data_table.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
+#include <cctype>
 #include <cstdlib>
-#include <fstream>
 #include <optional>
 
 namespace grouser::diagnosis {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string trimmed(const std::string& s) {
-  const auto a = s.find_first_not_of(" \t\r");
-  return a == std::string::npos ? "" : s.substr(a, s.find_last_not_of(" \t\r") - a + 1);
-}
-
-std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells(1);
-  bool quoted = false;
-  for (const char c : line) {
-    if (c == '"')
-      quoted = !quoted;
-    else if (c == ',' && !quoted)
-      cells.emplace_back();
-    else
-      cells.back() += c;
-  }
-  for (std::string& c : cells) c = trimmed(c);
-  return cells;
-}
-
-std::optional<double> number_of(const std::string& cell) {
-  double x = 0;
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), x);
-  if (error != std::errc() || end != cell.data() + cell.size()) return std::nullopt;
-  return x;
-}
 
 /// What a header says behind its last '_'.
 std::optional<std::string> unit_in_name(const std::string& name) {
@@ -62,7 +33,7 @@ std::optional<double> scale_of(const ConfigNode& node, const std::string& unit, 
 
 bool same(const std::string& cell, const std::string& text) {
   if (cell == text) return true;
-  const auto a = number_of(cell), b = number_of(text);
+  const auto a = parse_number(cell), b = parse_number(text);
   return a && b && *a == *b;
 }
 
@@ -88,48 +59,33 @@ DataTable DataTable::load(const ConfigNode& node) {
   DataTable t;
   t.file_ = resolved_file(node);
   const std::size_t before = node.errors();
-  std::ifstream in(t.file_);
-  if (!fs::is_regular_file(t.file_) || !in) {
+  if (!fs::is_regular_file(t.file_)) {
     if (node.has("where")) node.node("where");
     if (node.has("skip")) node.node("skip");
     t.file_.clear();
     return t;
   }
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    if (trimmed(line).empty() || trimmed(line)[0] == '#') continue;
-    auto cells = cells_of(line);
-    if (t.columns_.empty()) {
-      t.columns_ = cells;
-    } else if (cells.size() != t.columns_.size()) {
-      node.report(
-          {t.file_.string(), number, 1,
-           std::to_string(cells.size()) + " cells in a table of " + std::to_string(t.columns_.size()) + " columns"});
-    } else {
-      t.rows_.push_back(std::move(cells));
-      t.lines_.push_back(number);
-    }
-  }
-  if (t.rows_.empty()) node.report({t.file_.string(), 1, 1, "no data: a header line and at least one row are wanted"});
+  FileErrors errors(t.file_);
+  t.records_ = CsvRecords::read(t.file_, errors);
+  if (t.records_.rows.empty() && !errors.any())
+    errors.add(1, 1, "no data: a header line and at least one row are wanted");
+  errors.report_to(node);
   t.keep(node, "where", true);
   t.keep(node, "skip", false);
-  if (node.errors() == before && t.rows_.empty()) node.error_at("where", "no row of " + t.file_.string() + " is left");
+  if (node.errors() == before && t.records_.rows.empty())
+    node.error_at("where", "no row of " + t.file_.string() + " is left");
   return t;
 }
 
 int DataTable::column(const ConfigNode& node, const std::string& key, const std::string& name) const {
-  const auto at = std::find(columns_.begin(), columns_.end(), name);
-  if (at != columns_.end()) return static_cast<int>(at - columns_.begin());
-  const auto near = did_you_mean(name, columns_);
-  std::string known;
-  for (const std::string& c : columns_) known += (known.empty() ? "" : ", ") + c;
-  node.error_at(key, "the table " + file_.string() + " has no column '" + name + "'" +
-                         (near ? "; did you mean '" + *near + "'?" : "; it has: " + known));
+  const auto at = records_.column(name);
+  if (at) return static_cast<int>(*at);
+  node.error_at(key, records_.unknown_column(name));
   return -1;
 }
 
 std::vector<bool> DataTable::picked(const ConfigNode& map) const {
-  std::vector<bool> in(rows_.size(), true);
+  std::vector<bool> in(size(), true);
   for (const std::string& name : map.keys()) {
     const ConfigNode value = map.node(name);
     std::vector<std::string> allowed;
@@ -138,9 +94,9 @@ std::vector<bool> DataTable::picked(const ConfigNode& map) const {
     else
       allowed.push_back(value.as_text());
     const int c = column(map, name, name);
-    for (std::size_t r = 0; r < rows_.size(); ++r)
+    for (std::size_t r = 0; r < size(); ++r)
       in[r] = in[r] && c >= 0 && std::any_of(allowed.begin(), allowed.end(), [&](auto& a) {
-                return same(rows_[r][static_cast<std::size_t>(c)], a);
+                return same(records_.rows[r].cells[static_cast<std::size_t>(c)].text, a);
               });
   }
   return in;
@@ -148,19 +104,14 @@ std::vector<bool> DataTable::picked(const ConfigNode& map) const {
 
 void DataTable::keep(const ConfigNode& node, const std::string& key, bool wanted) {
   const ConfigNode map = node.optional_map(key);
-  if (!map.present() || columns_.empty()) return;
+  if (!map.present() || columns().empty()) return;
   const std::size_t before = node.errors();
   const std::vector<bool> in = picked(map);
   if (node.errors() != before) return;
-  std::vector<std::vector<std::string>> rows;
-  std::vector<int> lines;
-  for (std::size_t r = 0; r < rows_.size(); ++r) {
-    if (in[r] != wanted) continue;
-    rows.push_back(std::move(rows_[r]));
-    lines.push_back(lines_[r]);
-  }
-  rows_ = std::move(rows);
-  lines_ = std::move(lines);
+  std::vector<CsvRecords::Row> rows;
+  for (std::size_t r = 0; r < records_.rows.size(); ++r)
+    if (in[r] == wanted) rows.push_back(std::move(records_.rows[r]));
+  records_.rows = std::move(rows);
 }
 
 std::vector<double> DataTable::quantity(const ConfigNode& node, const std::string& key, std::string_view unit) const {
@@ -171,17 +122,17 @@ std::vector<double> DataTable::quantity(const ConfigNode& node, const std::strin
   }
   std::string name, column_unit(unit);
   if (entry.is_map() && (entry.has("value") || entry.has("assumed")))
-    return std::vector<double>(rows_.size(), entry.as_quantity(unit));
+    return std::vector<double>(size(), entry.as_quantity(unit));
   if (entry.is_map()) {
     name = entry.text("column");
     if (unit != "1" || entry.has("unit")) column_unit = entry.text("unit");
     entry.finish();
   } else {
     const std::string text = entry.is_scalar() ? entry.as_text() : "";
-    const bool a_column = std::find(columns_.begin(), columns_.end(), text) != columns_.end();
+    const bool a_column = std::find(columns().begin(), columns().end(), text) != columns().end();
     const bool a_number =
         !text.empty() && (std::isdigit(static_cast<unsigned char>(text[0])) || text[0] == '-' || text[0] == '.');
-    if (a_number && !a_column) return std::vector<double>(rows_.size(), entry.as_quantity(unit));
+    if (a_number && !a_column) return std::vector<double>(size(), entry.as_quantity(unit));
     name = text;
     if (key == "column" && node.has("unit")) {
       column_unit = node.text("unit");
@@ -195,18 +146,19 @@ std::vector<double> DataTable::quantity(const ConfigNode& node, const std::strin
       column_unit = in_name.value_or(std::string(unit));
     }
   }
-  if (columns_.empty()) return {};
+  if (columns().empty()) return {};
   const int c = column(node, key, name);
   if (c < 0) return {};
   const auto scale = scale_of(entry, column_unit, unit);
   if (!scale) return {};
   std::vector<double> out;
   bool good = true;
-  for (std::size_t r = 0; r < rows_.size(); ++r) {
-    const std::string& cell = rows_[r][static_cast<std::size_t>(c)];
-    const auto x = number_of(cell);
-    if (!x || !std::isfinite(*x)) {
-      node.report({file_.string(), lines_[r], 1, "column '" + name + "': '" + cell + "' is not a finite number"});
+  for (std::size_t r = 0; r < size(); ++r) {
+    const CsvCell& cell = records_.rows[r].cells[static_cast<std::size_t>(c)];
+    const auto x = parse_number(cell.text);
+    if (!x) {
+      node.report(
+          {file_.string(), line(r), cell.column, "column '" + name + "': '" + cell.text + "' is not a finite number"});
       good = false;
       continue;
     }
@@ -216,7 +168,7 @@ std::vector<double> DataTable::quantity(const ConfigNode& node, const std::strin
 }
 
 std::vector<std::string> DataTable::label(const ConfigNode& node, const std::string& key) const {
-  std::vector<std::string> out(rows_.size());
+  std::vector<std::string> out(size());
   const ConfigNode entry = node.node(key);
   if (!entry.present()) return out;
   std::vector<std::string> names;
@@ -224,12 +176,12 @@ std::vector<std::string> DataTable::label(const ConfigNode& node, const std::str
     for (const ConfigNode& item : entry.items()) names.push_back(item.as_text());
   else
     names.push_back(entry.as_text());
-  if (columns_.empty()) return out;
+  if (columns().empty()) return out;
   for (const std::string& name : names) {
     const int c = column(node, key, name);
     if (c < 0) return out;
-    for (std::size_t r = 0; r < rows_.size(); ++r)
-      out[r] += (out[r].empty() ? "" : " ") + rows_[r][static_cast<std::size_t>(c)];
+    for (std::size_t r = 0; r < size(); ++r)
+      out[r] += (out[r].empty() ? "" : " ") + records_.rows[r].cells[static_cast<std::size_t>(c)].text;
   }
   return out;
 }

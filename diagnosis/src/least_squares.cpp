@@ -273,13 +273,14 @@ void find_weak(const LeastSquaresProblem& p, const Linear& l, const std::vector<
   MatrixXd M(l.J.rows() + l.prior.rows(), l.J.cols());
   M << l.J, l.prior;
   std::vector<std::string> names;
+  names.reserve(shared.size());
   for (const auto i : shared) names.push_back(label(p.variables[static_cast<std::size_t>(i)]));
   for (Eigen::Index j = 0; j < M.cols(); ++j) {
     const double length = M.col(j).norm();
     if (length > 0) M.col(j) /= length;
   }
   const Eigen::JacobiSVD<MatrixXd> svd(M, Eigen::ComputeThinV);
-  const VectorXd s = svd.singularValues();
+  const VectorXd& s = svd.singularValues();
   for (Eigen::Index k = 0; k < s.size(); ++k) {
     const double index = s[k] > 0 ? s[0] / s[k] : INFINITY;
     out.condition = std::max(out.condition, index);

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "grouser/bekker/table.h"
 #include "grouser/diagnosis/wheel_fit.h"
 #include "grouser/terrain/loaders.h"
 #include "grouser/terrain/types.h"
@@ -205,6 +206,7 @@ struct Compared {
   bekker::Method method = bekker::Method::nonlinear;
   Sweep sweep;
   bool from_sweep = false;
+  double table_error = 0;  ///< > 0: by a lookup table of that error bound
   double within = INFINITY;
 };
 
@@ -220,7 +222,8 @@ std::vector<Compared> read_compare(const ConfigNode& node, const bekker::WheelSi
   for (const ConfigNode& item : node.optional_list("compare")) {
     Compared c;
     c.name = item.text("name");
-    c.model = item.text_or("model", "bekker steady");
+    c.table_error = item.quantity_or("table_error", 0, "1", Range::between(1e-5, 0.1));
+    c.model = item.text_or("model", c.table_error > 0 ? "bekker table" : "bekker steady");
     c.method = method_of(item);
     c.within = item.quantity_or("slip_within", INFINITY, "1", Range::positive());
     if (const ConfigNode sweep = item.optional_map("sweep"); sweep.present()) {
@@ -316,6 +319,40 @@ Model predictions(const bekker::WheelSize& wheel, const BekkerSoil& soil, const 
   return m;
 }
 
+/// The same answers from a lookup table over the slips and loads of the points. Points with a slip angle have none.
+Model looked_up(const bekker::WheelSize& wheel, const BekkerSoil& soil, const std::vector<WheelPoint>& points,
+                const Compared& c, FitSection& s) {
+  std::array<double, wheel_channels> none{};
+  none.fill(nan);
+  Model m(points.size(), none);
+  const auto [low, high] =
+      std::minmax_element(points.begin(), points.end(), [](auto& a, auto& b) { return a.slip < b.slip; });
+  const auto [light, heavy] =
+      std::minmax_element(points.begin(), points.end(), [](auto& a, auto& b) { return a.load < b.load; });
+  bekker::TableSpec spec;
+  spec.wheel = wheel;
+  spec.soil = bekker::SoilLaw::of(soil, wheel.width);
+  spec.slip = {std::max(low->slip, -0.999), std::min(high->slip, 0.999)};
+  spec.load = {0.99 * light->load, 1.01 * heavy->load};
+  spec.error_bound = c.table_error;
+  spec.method = c.method;
+  try {
+    const bekker::WheelTable table = bekker::WheelTable::build(spec);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      bekker::TablePoint out;
+      if (points[i].slip_angle != 0 || table.query(points[i].slip, points[i].load, 0, out) != bekker::TableStatus::ok)
+        continue;
+      m[i] = {out.drawbar(), out.torque, out.sinkage - points[i].sinkage_datum, nan};
+    }
+    s.remarks.push_back("'" + c.name + "' by lookup table: " + std::to_string(table.points()) +
+                        " points, largest error found " + shown(table.error_found(), 2) + " where " +
+                        shown(c.table_error, 2) + " was asked.");
+  } catch (const bekker::TableError& e) {
+    s.remarks.push_back("'" + c.name + "' has no lookup table: " + e.what());
+  }
+  return m;
+}
+
 }  // namespace
 
 FitSection wheel_section(const ConfigNode& node, SoilDraft& draft, FitTable& compare) {
@@ -366,6 +403,8 @@ FitSection wheel_section(const ConfigNode& node, SoilDraft& draft, FitTable& com
         m.push_back(interpolated(c.sweep, p.slip));
         m.back()[static_cast<std::size_t>(WheelChannel::sinkage)] -= p.sinkage_datum;
       }
+    else if (c.table_error > 0)
+      m = looked_up(wheel, c.soil.empty() ? f.soil : c.law, d.points, c, s);
     else
       m = predictions(wheel, c.soil.empty() ? f.soil : c.law, d.points, c.method, c.name, s);
     add_rows(compare, set, c.name, c.model, d.points, m, c.within);

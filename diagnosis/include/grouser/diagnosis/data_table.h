@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "grouser/terrain/config.h"
+#include "grouser/terrain/csv.h"
 
 namespace grouser::diagnosis {
 
@@ -21,10 +22,10 @@ class DataTable {
   /// leave the table empty.
   static DataTable load(const ConfigNode& node);
 
-  std::size_t size() const { return rows_.size(); }
+  std::size_t size() const { return records_.rows.size(); }
   const std::filesystem::path& file() const { return file_; }
-  const std::vector<std::string>& columns() const { return columns_; }
-  int line(std::size_t row) const { return lines_[row]; }  ///< in the file, from 1
+  const std::vector<std::string>& columns() const { return records_.columns; }
+  int line(std::size_t row) const { return records_.rows[row].line; }  ///< in the file, from 1
 
   /// One value per row in SI. `key` of `node` is
   ///   a column whose name ends in its unit:  force_N, sinkage_mm, torque_Nm, slip_angle_deg (or none for unit "1")
@@ -39,9 +40,7 @@ class DataTable {
 
  private:
   std::filesystem::path file_;
-  std::vector<std::string> columns_;
-  std::vector<std::vector<std::string>> rows_;
-  std::vector<int> lines_;
+  CsvRecords records_;  ///< the rows that are left
 
   int column(const ConfigNode& node, const std::string& key, const std::string& name) const;
   void keep(const ConfigNode& node, const std::string& key, bool wanted);
