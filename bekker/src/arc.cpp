@@ -1,8 +1,10 @@
 #include "arc.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "grouser/bekker/wheel_forces.h"
+#include "kernel.h"
 
 namespace grouser::bekker {
 
@@ -12,17 +14,26 @@ double stretch_of(double theta_f, double theta_m, double theta_r) {
   return theta_m > theta_r ? (theta_f - theta_m) / (theta_m - theta_r) : 0;
 }
 
+ArcSines sines_of(double theta_f, double beta) {
+  if (theta_f <= pi) return kernel().sines(theta_f, beta);
+  return {std::sin(0.5 * theta_f), std::cos(0.5 * theta_f), std::tan(beta)};
+}
+
 }  // namespace
 
 Arc::Arc(const WheelSize& wheel, const SoilLaw& soil, const ArcAngles& angles, ShearState state, double unloading,
          double pressure_factor)
+    : Arc(wheel, soil, angles, state, unloading, pressure_factor, sines_of(angles.theta_f, 0)) {}
+
+Arc::Arc(const WheelSize& wheel, const SoilLaw& soil, const ArcAngles& angles, ShearState state, double unloading,
+         double pressure_factor, const ArcSines& sines)
     : r(wheel.outer_radius()),
       b(wheel.width),
       theta_f(angles.theta_f),
       theta_m(angles.theta_m),
       theta_r(angles.theta_r),
-      sin_half(std::sin(0.5 * theta_f)),
-      cos_half(std::cos(0.5 * theta_f)),
+      sin_half(sines.sin_half),
+      cos_half(sines.cos_half),
       sin_f(2 * sin_half * cos_half),
       cos_f((cos_half - sin_half) * (cos_half + sin_half)),
       stretch(stretch_of(theta_f, theta_m, theta_r)),
@@ -33,7 +44,8 @@ Arc::Arc(const WheelSize& wheel, const SoilLaw& soil, const ArcAngles& angles, S
       tan_phi(soil.tan_phi),
       inv_K(1 / soil.shear_displacement()),
       anisotropic(soil.lateral == Lateral::anisotropic),
-      e(state) {
+      e(state),
+      tan_beta(sines.tan_beta) {
   if (unloading > 0) {
     zu = unloading;
     slope = pressure_factor * (soil.ko + soil.Au * zu);
@@ -44,8 +56,8 @@ Arc::Arc(const WheelSize& wheel, const SoilLaw& soil, const ArcAngles& angles, S
     mu = wheel.lug_ratio;
     r_ca = wheel.radius;
     // h_f > h_g, eq 2.14 with r_s - h_f = r_s cos theta_f.
-    const double cosine = r * cos_f / r_ca;
-    theta_ca = cosine < 1 ? std::acos(cosine) : 0;
+    const double square = (r * sin_half * sin_half - 0.5 * wheel.lug_height) / r_ca;  // of sin(theta_ca/2)
+    theta_ca = square > 0 ? 2 * std::asin(std::sqrt(std::min(square, 1.0))) : 0;
     concave = theta_ca > theta_m && mu < 1;
     if (concave) {
       sin_ca = std::sin(theta_ca);
@@ -60,8 +72,8 @@ Arc::Arc(const WheelSize& wheel, const SoilLaw& soil, const ArcAngles& angles, S
   }
 }
 
-Arc::Arc(const ForceCase& c) : Arc(c.wheel, c.soil, c.arc, {}, c.unloading_sinkage) {
-  tan_beta = c.slip_angle == 0 ? 0 : std::tan(c.slip_angle);
+Arc::Arc(const ForceCase& c)
+    : Arc(c.wheel, c.soil, c.arc, {}, c.unloading_sinkage, 1, sines_of(c.arc.theta_f, c.slip_angle)) {
   locked = c.slip <= -1;
   const double kappa = locked ? 1 : kappa_of_slip(c.slip);
   e = {1 - kappa, kappa * tan_beta};

@@ -3,8 +3,15 @@
 
 namespace grouser::bekker {
 
+/// Of half the entry angle and of the slip angle.
+struct ArcSines {
+  double sin_half, cos_half, tan_beta;
+};
+
 /// Everything that is the same for all points of one arc of contact. Filled once per wheel force.
 struct Arc {
+  static constexpr bool kFeatures = true;    ///< may have lugs, reload, be locked (stress.h)
+  static constexpr bool kTenDigits = false;  ///< of the functions: all instead
   // Geometry. Stresses, displacements and integrals are at r = r_s (lug tips).
   double r = 0, b = 0;
   double theta_f = 0, theta_m = 0, theta_r = 0;
@@ -31,6 +38,10 @@ struct Arc {
       double pressure_factor = 1);
   /// Slip and slip angle as in ForceCase, locked at slip -1.
   explicit Arc(const ForceCase& c);
+
+ private:
+  Arc(const WheelSize& wheel, const SoilLaw& soil, const ArcAngles& angles, ShearState e, double zu,
+      double pressure_factor, const ArcSines& sines);
 };
 
 /// ok, bad_argument or no_pressure.
@@ -45,9 +56,7 @@ struct ArcSlope {
   double tau_t_by_t = 0, tau_l_by_t = 0, tau_t_by_l = 0, tau_l_by_l = 0;
 };
 
-/// Stresses at count angles [rad] in theta_r..theta_f at once (SIMD).
-void stresses_at(const Arc& arc, const double* theta, int count, ArcStress* out);
-/// The same with derivatives, one angle.
+/// Stresses with derivatives at one angle.
 ArcStress stress_at(const Arc& arc, double theta, ArcSlope& slope);
 
 }  // namespace grouser::bekker

@@ -16,9 +16,4 @@ ForceResult forces(const ForceCase& c, Method method, double tolerance) noexcept
   return nonlinear_forces(Arc(c), tolerance);
 }
 
-void forces(std::span<const ForceCase> cases, Method method, double tolerance,
-            std::span<ForceResult> results) noexcept {
-  for (std::size_t i = 0; i < cases.size(); ++i) results[i] = forces(cases[i], method, tolerance);
-}
-
 }  // namespace grouser::bekker

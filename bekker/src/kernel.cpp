@@ -10,11 +10,12 @@ namespace grouser::bekker {
 namespace {
 
 constexpr int kSizes = static_cast<int>(kRuleSizes.size());
-constexpr int kNodes = [] {
+constexpr int sum_of_sizes(const std::array<int, 8>& sizes) {
   int sum = 0;
-  for (int n : kRuleSizes) sum += n;
+  for (int n : sizes) sum += n;
   return sum;
-}();
+}
+constexpr int kNodes = sum_of_sizes(kRuleSizes), kRowNodes = sum_of_sizes(kRowSizes);
 
 /// All rules, in static storage: the hot path allocates nothing.
 class RuleTable {
@@ -34,7 +35,24 @@ class RuleTable {
         }
       first += n;
     }
+    first = 0;
+    for (int k = 0; k < kRowClasses; ++k) {
+      const int n = kRowSizes[k];
+      const GaussRule& gauss = gauss_rule(n);
+      row_rules_[k].n = n;
+      row_rules_[k].limit = n <= 10 ? 2e-2 : (n <= 16 ? 1e-2 : 7e-3);
+      row_rules_[k].null = row_null_.data() + first;
+      for (int i = 0; i < n; ++i) row_null_[first + i] = null_weight(n, 2 * gauss.x[i] - 1);
+      for (int p = 0; p < 2; ++p) {
+        double *x = row_x_[p].data() + first, *w = row_w_[p].data() + first;
+        for (int i = 0; i < n; ++i) map(p + 2, 1, gauss.x[i], gauss.w[i], x[i], w[i]);
+        row_rules_[k].x[p] = x;
+        row_rules_[k].w[p] = w;
+      }
+      first += n;
+    }
   }
+  const RowRule& row(int k) const { return row_rules_[k]; }
   const MappedRule& at(int k, int p, int q) const { return rules_[k][p - 1][q - 1]; }
 
  private:
@@ -64,6 +82,9 @@ class RuleTable {
   alignas(64) std::array<std::array<std::array<double, kNodes>, kLargestPower>, kLargestPower> x_{};
   alignas(64) std::array<std::array<std::array<double, kNodes>, kLargestPower>, kLargestPower> w_{};
   std::array<std::array<std::array<MappedRule, kLargestPower>, kLargestPower>, kSizes> rules_{};
+  std::array<double, kRowNodes> row_null_{};
+  std::array<std::array<double, kRowNodes>, 2> row_x_{}, row_w_{};
+  std::array<RowRule, kRowClasses> row_rules_{};
 };
 
 const RuleTable& rule_table() {
@@ -87,13 +108,11 @@ const Kernel& choose() {
 
 const MappedRule& mapped_rule(int size_index, int p, int q) { return rule_table().at(size_index, p, q); }
 
+const RowRule& row_rule(int row_class) { return rule_table().row(row_class); }
+
 const Kernel& kernel() noexcept {
   static const Kernel& chosen = choose();
   return chosen;
-}
-
-void stresses_at(const Arc& arc, const double* theta, int count, ArcStress* out) {
-  kernel().stresses(arc, theta, count, out);
 }
 
 ArcStress stress_at(const Arc& arc, double theta, ArcSlope& slope) {

@@ -4,6 +4,7 @@
 
 #include "arc.h"
 #include "gauss_rule.h"
+#include "rows.h"
 
 namespace grouser::bekker {
 
@@ -40,12 +41,23 @@ struct SlopeSums {
   std::array<double, 6> d_t{}, d_l{};  ///< of Fx..Mz by e_t and by e_l
 };
 
+/// Integrals over the arc of the stresses alone and times sin theta and cos theta.
+struct StressSums {
+  double sigma_sine = 0, sigma_cosine = 0, t_one = 0, t_sine = 0, t_cosine = 0, l_one = 0, l_sine = 0, l_cosine = 0;
+};
+
 struct Kernel {
   const char* name;
+  ArcSines (*sines)(double theta_f, double beta);  ///< theta_f in 0..pi, beta within pi/2
   PieceSums (*integrate)(const Arc&, const Piece&, const MappedRule&);
   /// Adds to the sums. p, q in 1..2 as in MappedRule; any number of points.
   void (*integrate_slopes)(const Arc&, const Piece&, int p, int q, const GaussRule&, SlopeSums&);
-  void (*stresses)(const Arc&, const double* theta, int count, ArcStress* out);
+  /// Of the quadratic or linear form (product_rule.h).
+  StressSums (*closed_form)(const Arc&, Method);
+  /// Rows of one shear law and lateral model. plan_rows also turns slip and slip angle into the shear state.
+  void (*plan_rows)(Rows&, ShearLaw::Type, bool anisotropic, RowPlan&);
+  void (*integrate_rows)(const Rows&, ShearLaw::Type, bool anisotropic, const RowRule& front, const RowRule& rear,
+                         RowSums&);
 };
 extern const Kernel kernel_base;
 #ifdef __x86_64__

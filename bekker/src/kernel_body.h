@@ -1,5 +1,7 @@
 // Included by one unit per instruction set, which defines GROUSER_KERNEL.
 #include "kernel.h"
+#include "product_rule.h"
+#include "rows_body.h"
 #include "stress.h"
 
 namespace grouser::bekker {
@@ -47,6 +49,11 @@ GROUSER_INLINE void add_points(const Arc& a, const Piece& piece, const MappedRul
   }
   store_sums(sum, out);
   out[8] = sum_of(null_l);
+}
+
+ArcSines sines(double theta_f, double beta) {
+  const SinCos<double> entry = sin_cos_polynomial(0.5 * theta_f), slip = sin_cos_polynomial(beta);
+  return {entry.sin, entry.cos, slip.sin / slip.cos};
 }
 
 PieceSums integrate(const Arc& a, const Piece& piece, const MappedRule& rule) {
@@ -108,23 +115,38 @@ void integrate_slopes(const Arc& a, const Piece& piece, int p, int q, const Gaus
   }
 }
 
-void stresses(const Arc& a, const double* theta, int count, ArcStress* out) {
-  for (int first = 0; first < count; first += kLanes) {
+StressSums closed_form(const Arc& a, Method method) {
+  ProductRule rule(a, method);
+  StressSums out;
+  for (int first = 0; first < rule.size(); first += kLanes) {
+    const int n = rule.size() - first < kLanes ? rule.size() - first : kLanes;
     Lanes at;
-    double sigma[kLanes], t[kLanes], l[kLanes];
-    const int n = count - first < kLanes ? count - first : kLanes;
-    for (int i = 0; i < kLanes; ++i) at[i] = theta[first + (i < n ? i : n - 1)];
+    for (int i = 0; i < kLanes; ++i) at[i] = rule.angles()[first + (i < n ? i : n - 1)];
     const StressPoint<Lanes> p = stress_of<false>(a, place_of(a, at), false);
+    double sigma[kLanes], t[kLanes], l[kLanes];
     store(sigma, p.sigma);
     store(t, p.tau_t);
     store(l, p.tau_l);
-    for (int i = 0; i < n; ++i) out[first + i] = {sigma[i], t[i], l[i]};
+    if (first == 0) rule.weigh();  // after the stresses, whose functions wait for each other: so both are done at once
+    for (int k = 0; k < n; ++k) {
+      const double one = rule.one(first + k), sine = rule.sine(first + k), cosine = rule.cosine(first + k);
+      out.sigma_sine += sigma[k] * sine;
+      out.sigma_cosine += sigma[k] * cosine;
+      out.t_one += t[k] * one;
+      out.t_sine += t[k] * sine;
+      out.t_cosine += t[k] * cosine;
+      out.l_one += l[k] * one;
+      out.l_sine += l[k] * sine;
+      out.l_cosine += l[k] * cosine;
+    }
   }
+  return out;
 }
 
 }  // namespace
 
 extern const Kernel GROUSER_KERNEL;
-const Kernel GROUSER_KERNEL{GROUSER_KERNEL_NAME, integrate, integrate_slopes, stresses};
+const Kernel GROUSER_KERNEL{GROUSER_KERNEL_NAME, sines,     integrate,     integrate_slopes,
+                            closed_form,         plan_rows, integrate_rows};
 
 }  // namespace grouser::bekker

@@ -27,10 +27,17 @@ struct Mobilised {
   V f, df;  ///< share of tau_max, its derivative by j
 };
 
+// A: Arc, or the arcs of several wheels in the lanes (rows_body.h), of which A::kFeatures tells that there are neither
+// lugs, reloading nor locked wheels.
+
+/// Rows of a batch need ten digits of the functions only.
+template <class A>
+inline constexpr Digits digits_of = A::kTenDigits ? Digits::ten : Digits::all;
+
 /// Eq 2.9 in the errata's forms at displacement j >= 0.
-template <class V>
-GROUSER_INLINE Mobilised<V> mobilised_at(const Arc& a, V j) {
-  const V x = j * a.inv_K, e = exp_of(-x);
+template <class V, class A>
+GROUSER_INLINE Mobilised<V> mobilised_at(const A& a, V j) {
+  const V x = j * a.inv_K, e = exp_of<digits_of<A>>(-x);
   if (a.type == ShearLaw::Type::A) return {1 - e, e * a.inv_K};
   if (a.type == ShearLaw::Type::B) {
     const V f = 2.718281828459045235 * e;
@@ -46,58 +53,63 @@ GROUSER_INLINE double residual_share(const Arc& a) {
 }
 
 /// Eqs 2.4 and 2.12 at sinkage z >= 0.
-template <class V>
-GROUSER_INLINE V pressure_at(const Arc& a, V z) {
-  const V s = a.modulus * pow_of(max_of(z, 0 * z + 1e-300), a.n);
-  if (a.zu <= 0) return s;
-  return select(z >= a.zu, s, max_of(a.peak - a.slope * (a.zu - z), 0 * z));
+template <class V, class A>
+GROUSER_INLINE V pressure_at(const A& a, V z) {
+  const V s = a.modulus * pow_of<digits_of<A>>(max_of(z, V{} + 1e-300), a.n);
+  if constexpr (A::kFeatures)
+    if (a.zu > 0) return select(z >= a.zu, s, max_of(a.peak - a.slope * (a.zu - z), 0 * z));
+  return s;
 }
 
 /// k (cos(entry - ue) - cos entry) k = radius, without cancellation.
-template <class V>
-GROUSER_INLINE V sinkage_at(double radius, double sin_entry, double cos_entry, const SinCos<V>& half) {
+template <class V, class R>
+GROUSER_INLINE V sinkage_at(R radius, R sin_entry, R cos_entry, const SinCos<V>& half) {
   return (2 * radius) * half.sin * (sin_entry * half.cos - cos_entry * half.sin);
 }
 
 /// shared: ue is u (ahead of theta_m).
-template <bool kDerivatives, class V>
-GROUSER_INLINE StressPoint<V> stress_of(const Arc& a, const Place<V>& p, bool shared) {
+template <bool kDerivatives, class V, class A>
+GROUSER_INLINE StressPoint<V> stress_of(const A& a, const Place<V>& p, bool shared) {
   StressPoint<V> o;
-  const SinCos<V> half = sin_cos_half(0.5 * p.u);
+  const SinCos<V> half = sin_cos_half<digits_of<A>>(0.5 * p.u);
   const V sin_u = 2 * half.sin * half.cos, cos_u = 1 - 2 * half.sin * half.sin;
   o.sin = a.sin_f * cos_u - a.cos_f * sin_u;
   o.cos = a.cos_f * cos_u + a.sin_f * sin_u;
 
-  const SinCos<V> half_e = shared ? half : sin_cos_half(0.5 * p.ue);
+  const SinCos<V> half_e = shared ? half : sin_cos_half<digits_of<A>>(0.5 * p.ue);
   o.sigma = pressure_at(a, sinkage_at(a.r, a.sin_f, a.cos_f, half_e));
-  if (a.lugs) {  // eq 2.15
-    o.sigma = a.mu * o.sigma;
-    if (a.concave) {
-      const V z = sinkage_at(a.r_ca, a.sin_ca, a.cos_ca, sin_cos_half(0.5 * p.ueca));
-      o.sigma = o.sigma + select(p.ueca >= 0, (1 - a.mu) * pressure_at(a, z), 0 * z);
+  if constexpr (A::kFeatures) {
+    if (a.lugs) {  // eq 2.15
+      o.sigma = a.mu * o.sigma;
+      if (a.concave) {
+        const V z = sinkage_at(a.r_ca, a.sin_ca, a.cos_ca, sin_cos_half<digits_of<A>>(0.5 * p.ueca));
+        o.sigma = o.sigma + select(p.ueca >= 0, (1 - a.mu) * pressure_at(a, z), 0 * z);
+      }
     }
   }
   o.tau_max = a.cohesion + a.tan_phi * o.sigma;
-  if (a.zu > 0) o.tau_max = select(o.sigma > 0, o.tau_max, 0 * o.sigma);  // a reloading wheel that does not touch
+  if constexpr (A::kFeatures) {
+    if (a.zu > 0) o.tau_max = select(o.sigma > 0, o.tau_max, 0 * o.sigma);  // a reloading wheel that does not touch
 
-  if (a.locked) {
-    const double f = residual_share(a);
-    if (a.anisotropic) {
-      const double side = a.tan_beta > 0 ? 1 : (a.tan_beta < 0 ? -1 : 0);
-      o.tau_t = -f * o.tau_max;
-      o.tau_l = (f * side) * o.tau_max;
-    } else {
-      const V scale = f * o.tau_max / sqrt_of(o.cos * o.cos + a.tan_beta * a.tan_beta + 1e-300);
-      o.tau_t = -(scale * o.cos);
-      o.tau_l = scale * a.tan_beta;
+    if (a.locked) {
+      const double f = residual_share(a);
+      if (a.anisotropic) {
+        const double side = a.tan_beta > 0 ? 1 : (a.tan_beta < 0 ? -1 : 0);
+        o.tau_t = -f * o.tau_max;
+        o.tau_l = (f * side) * o.tau_max;
+      } else {
+        const V scale = f * o.tau_max / sqrt_of(o.cos * o.cos + a.tan_beta * a.tan_beta + 1e-300);
+        o.tau_t = -(scale * o.cos);
+        o.tau_l = scale * a.tan_beta;
+      }
+      return o;
     }
-    return o;
   }
 
   // Eq 2.7 as corrected, with sin theta_f - sin theta = 2 sin(u/2) cos(theta_f - u/2).
   const V dj = (2 * a.r) * half.sin * (a.cos_f * half.cos + a.sin_f * half.sin), arc = a.r * p.u;
   const V jt = arc - (1 - a.e.t) * dj, jl = a.e.l * arc;
-  const V j2 = jt * jt + (jl * jl + 1e-300), j = j2 * inverse_sqrt_of(j2);
+  const V j2 = jt * jt + (jl * jl + 1e-300), j = j2 * inverse_sqrt_of<digits_of<A>>(j2);
   o.j = j;
   if (a.anisotropic) {
     const Mobilised<V> t = mobilised_at(a, abs_of(jt)), l = mobilised_at(a, abs_of(jl));
@@ -114,7 +126,7 @@ GROUSER_INLINE StressPoint<V> stress_of(const Arc& a, const Place<V>& p, bool sh
   // 1 - kappa cos theta = e_t cos theta + 2 sin^2(theta/2): nothing cancels near pure rolling; at theta = 0 the limit
   // from either side.
   const V h = a.sin_half * half.cos - a.cos_half * half.sin, vt = 2 * h * h + (a.e.t * o.cos + 1e-140);
-  const V speed2 = vt * vt + (a.e.l * a.e.l + 1e-300), inverse = inverse_sqrt_of(speed2);
+  const V speed2 = vt * vt + (a.e.l * a.e.l + 1e-300), inverse = inverse_sqrt_of<digits_of<A>>(speed2);
   const V ct = vt * inverse, cl = a.e.l * inverse, tau = o.tau_max * m.f;
   o.tau_t = tau * ct;
   o.tau_l = tau * cl;

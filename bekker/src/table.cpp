@@ -137,16 +137,25 @@ std::uint64_t WheelTable::Data::hash() const {
 
 // Compiled for each instruction set and chosen at run time.
 namespace {
-Four look_up_any(const WheelTable::Data& d, double slip, double load, double zu) {
-  return WheelTable::Data::interpolate(d.find(slip, load, zu));
+struct Found {
+  Four values;
+  double sinkage;
+};
+[[gnu::always_inline]] inline Found look_up_here(const WheelTable::Data& d, double slip, double load, double zu) {
+  const Four x = WheelTable::Data::interpolate(d.find(slip, load, zu));
+  const double half = sin_cos_polynomial(0.5 * static_cast<double>(x[0])).sin;
+  return {x, 2 * d.radius * half * half};
+}
+Found look_up_any(const WheelTable::Data& d, double slip, double load, double zu) {
+  return look_up_here(d, slip, load, zu);
 }
 #if defined(__x86_64__)
-__attribute__((target("avx2,fma"))) Four look_up_avx2(const WheelTable::Data& d, double slip, double load, double zu) {
-  return WheelTable::Data::interpolate(d.find(slip, load, zu));
+__attribute__((target("avx2,fma"))) Found look_up_avx2(const WheelTable::Data& d, double slip, double load, double zu) {
+  return look_up_here(d, slip, load, zu);
 }
-__attribute__((target("avx512f,avx512dq,avx512vl,fma"))) Four look_up_avx512(const WheelTable::Data& d, double slip,
-                                                                             double load, double zu) {
-  return WheelTable::Data::interpolate(d.find(slip, load, zu));
+__attribute__((target("avx512f,avx512dq,avx512vl,fma"))) Found look_up_avx512(const WheelTable::Data& d, double slip,
+                                                                              double load, double zu) {
+  return look_up_here(d, slip, load, zu);
 }
 #endif
 
@@ -166,12 +175,12 @@ TableStatus WheelTable::query(double slip, double load, double zu, TablePoint& o
   if (!d.spec.slip.contains(slip)) return TableStatus::slip_out_of_range;
   if (!d.spec.load.contains(load)) return TableStatus::load_out_of_range;
   if (!d.spec.unloading_sinkage.contains(zu)) return TableStatus::unloading_sinkage_out_of_range;
-  const Four x = look_up(d, slip, load, zu);
+  const auto [x, sinkage] = look_up(d, slip, load, zu);
   out.entry_angle = x[0];
   out.thrust = load * x[1];
   out.resistance = load * x[2];
   out.torque = load * d.radius * x[3];
-  out.sinkage = sinkage_of(d.radius, out.entry_angle);
+  out.sinkage = sinkage;
   out.unloading_sinkage = std::max(zu, out.sinkage);
   return TableStatus::ok;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "grouser/bekker/table.h"
+#include "lanes.h"
 #include "table_spline.h"
 
 namespace grouser::bekker {
@@ -124,7 +125,7 @@ struct WheelTable::Data {
   /// Where a slip, load and unloading sinkage inside the ranges lie.
   [[gnu::always_inline]] TablePlace find(double slip, double load, double zu) const {
     const TableSide& s = side(slip);
-    const double t = s.braking ? __builtin_sqrt(slip < 0 ? -slip : 0.0) : slip, log_load = std::log(load);
+    const double t = s.braking ? __builtin_sqrt(slip < 0 ? -slip : 0.0) : slip, log_load = log_of(splat(load))[0];
     const Edge e = edge(s, t, zu);
     const double beyond_edge = log_load - e.from;
     const bool rut = beyond_edge < 0 && s.in_rut.first < 0;

@@ -168,19 +168,6 @@ TEST(Forces, NameWhatTheyRefuse) {
   EXPECT_EQ(forces(plain(), Method::nonlinear, 0).status, ForceStatus::bad_argument);
 }
 
-TEST(Batch, GivesTheSameBitsAsOneByOne) {
-  std::mt19937_64 rng(3);
-  std::vector<ForceCase> cases;
-  for (int i = 0; i < 333; ++i) cases.push_back(any_row(rng));
-  std::vector<ForceResult> results(cases.size());
-  forces(cases, Method::nonlinear, 1e-6, results);
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    const ForceResult one = forces(cases[i], Method::nonlinear, 1e-6);
-    EXPECT_EQ(one.wrench.Fx, results[i].wrench.Fx) << i;
-    EXPECT_EQ(one.wrench.Mz, results[i].wrench.Mz) << i;
-  }
-}
-
 TEST(Kernels, OfEveryInstructionSetAgree) {
   std::vector<const Kernel*> kernels{&kernel_base};
 #if defined(__x86_64__)
@@ -220,6 +207,40 @@ double worst_ulp(F f, G truth, Draw draw) {
     }
   }
   return worst;
+}
+
+/// Largest error of f over random arguments, relative or absolute.
+template <class F, class G, class Draw>
+double worst_error(F f, G truth, Draw draw, bool relative) {
+  double worst = 0;
+  for (int i = 0; i < 200000; ++i) {
+    const double x = draw();
+    const long double t = truth(static_cast<long double>(x));
+    const double error = static_cast<double>(std::abs(f(splat(x))[0] - t));
+    worst = std::max(worst, relative ? error / static_cast<double>(std::abs(t)) : error);
+  }
+  return worst;
+}
+
+TEST(Lanes, OfTenDigitsAreAccurateToThem) {
+  std::mt19937_64 rng(6);
+  std::uniform_real_distribution<double> exponent(-700, 700), decade(-300, 300), angle(-pi / 2, pi / 2);
+  const auto ten = Digits::ten;
+  EXPECT_LE(worst_error([](Lanes x) { return exp_of<ten>(x); }, [](long double x) { return std::exp(x); },
+                        [&] { return exponent(rng); }, true),
+            1e-10);
+  EXPECT_LE(worst_error([](Lanes x) { return log_of<ten>(x); }, [](long double x) { return std::log(x); },
+                        [&] { return std::pow(10, decade(rng)); }, false),
+            6e-10);
+  EXPECT_LE(worst_error([](Lanes x) { return sin_cos_half<ten>(x).sin; }, [](long double x) { return std::sin(x); },
+                        [&] { return angle(rng); }, true),
+            3e-11);
+  EXPECT_LE(worst_error([](Lanes x) { return sin_cos_half<ten>(x).cos; }, [](long double x) { return std::cos(x); },
+                        [&] { return angle(rng); }, false),
+            4.1e-10);
+  EXPECT_LE(worst_error([](Lanes x) { return inverse_sqrt_of<ten>(x); }, [](long double x) { return 1 / std::sqrt(x); },
+                        [&] { return std::pow(10, decade(rng)); }, true),
+            1e-12);
 }
 
 TEST(Lanes, AreAccurateToTheStatedUlp) {

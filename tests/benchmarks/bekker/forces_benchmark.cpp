@@ -16,6 +16,7 @@
 #include "grouser/bekker/table.h"
 #include "kernel.h"
 #include "pieces.h"
+#include "rows.h"
 
 namespace {
 
@@ -163,6 +164,18 @@ int main() {
           kRuleSizes[pieces.at[i].size] / static_cast<double>(alone.lanes) / kRows;
   }
 
+  // The same of a batch: one row to a lane. All these rows are taken by the lanes.
+  double front_rows = 0, rear_rows = 0;
+  for (const ForceCase& c : cases) {
+    Rows rows;
+    for (int i = 0; i < Rows::kSize; ++i) rows.set(i, c);
+    RowPlan plan;
+    kernel().plan_rows(rows, c.soil.shear.type, false, plan);
+    if (plan.front[0] < 0) continue;
+    front_rows += kRowSizes[plan.front[0]] / static_cast<double>(alone.lanes) / kRows;
+    rear_rows += kRowSizes[plan.rear[0]] / static_cast<double>(alone.lanes) / kRows;
+  }
+
   const auto force_pass = [&](Method m, double tolerance) {
     return [&cases, m, tolerance] {
       for (const ForceCase& c : cases) sink += forces(c, m, tolerance).wrench.Fx;
@@ -186,6 +199,8 @@ int main() {
   const Time functions_front = time_of([&] { sink += alone.front(kRows); }, kRows, 100);
   const Time functions_rear = time_of([&] { sink += alone.rear(kRows); }, kRows, 100);
   const double functions = front * functions_front.ns + rear * functions_rear.ns;
+  const double functions_rows = front_rows * time_of([&] { sink += alone.front_ten(kRows); }, kRows, 100).ns +
+                                rear_rows * time_of([&] { sink += alone.rear_ten(kRows); }, kRows, 100).ns;
   const double functions_quadratic = functions_front.ns;  // five stresses, one vector
 
   double worst = 0;
@@ -201,6 +216,7 @@ int main() {
       "points of nonlinear forces at 1e-6: %.1f ahead of theta_m, %.1f behind; largest difference to Simpson %.1e of "
       "|F|\n",
       front * alone.lanes, rear * alone.lanes, worst);
+  std::printf("points of a batch: %.1f and %.1f\n", front_rows * alone.lanes, rear_rows * alone.lanes);
   std::printf("%-34s %10s %8s %12s %12s\n", "", "ns", "spread", "Simpson/it", "it/functions");
   const auto line = [](const char* name, Time t, double baseline, double floor) {
     std::printf("%-34s %10.0f %8.2f %12.1f", name, t.ns, t.spread, baseline / t.ns);
@@ -218,7 +234,7 @@ int main() {
   line("nonlinear forces 1e-10", time_of(force_pass(Method::nonlinear, 1e-10), kRows, 20), simpson.ns, 0);
   line("nonlinear solve 1e-6", time_of(solve_pass(Method::nonlinear), kRows, 20), simpson_root.ns, 0);
   line("batch of nonlinear forces 1e-6", time_of([&] { forces(cases, Method::nonlinear, 1e-6, results); }, kRows, 60),
-       simpson.ns, functions);
+       simpson.ns, functions_rows);
   // One wheel on one soil, asked at the same random points again and again.
   TableSpec spec;
   spec.wheel = {0.13, 0.16};
@@ -244,7 +260,8 @@ int main() {
            },
            kRows, 100),
        simpson_root.ns, 0);
-  std::printf("functions alone: %.1f ns per vector of %d ahead of theta_m, %.1f behind; %.0f ns per wheel\n",
-              functions_front.ns, alone.lanes, functions_rear.ns, functions);
+  std::printf(
+      "functions alone: %.1f ns per vector of %d ahead of theta_m, %.1f behind; %.0f ns per wheel, %.0f in a batch\n",
+      functions_front.ns, alone.lanes, functions_rear.ns, functions, functions_rows);
   std::printf("(checksum %.6g)\n", sink);
 }

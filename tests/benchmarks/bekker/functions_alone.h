@@ -8,5 +8,7 @@ struct FunctionsAlone {
   /// Evaluates them `vectors` times, independent of each other, and returns something that depends on all.
   double (*front)(int vectors);
   double (*rear)(int vectors);
+  double (*front_ten)(int vectors);  ///< the same of ten digits, as rows of a batch take them
+  double (*rear_ten)(int vectors);
 };
 FunctionsAlone functions_alone();
