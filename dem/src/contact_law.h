@@ -1,0 +1,199 @@
+#pragma once
+// The contact law in lanes, written once for grain-grain and grain-surface contacts, single and double precision
+// (equations D1 to D14 of the module's README).
+#include "kernel.h"
+#include "lanes.h"
+
+namespace grouser::dem::inline GROUSER_DEM_ISA {
+
+template <class V>
+struct Vec3L {
+  V x, y, z;
+};
+template <class V>
+GROUSER_INLINE V dot(const Vec3L<V>& a, const Vec3L<V>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class V>
+GROUSER_INLINE Vec3L<V> cross(const Vec3L<V>& a, const Vec3L<V>& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+/// a - c n
+template <class V>
+GROUSER_INLINE Vec3L<V> less(const Vec3L<V>& a, V c, const Vec3L<V>& n) {
+  return {a.x - c * n.x, a.y - c * n.y, a.z - c * n.z};
+}
+template <class V>
+GROUSER_INLINE Vec3L<V> scaled(V c, const Vec3L<V>& a) {
+  return {c * a.x, c * a.y, c * a.z};
+}
+
+/// a + c n
+template <class V>
+GROUSER_INLINE Vec3L<V> plus(const Vec3L<V>& a, V c, const Vec3L<V>& n) {
+  return {a.x + c * n.x, a.y + c * n.y, a.z + c * n.z};
+}
+/// a + b x c
+template <class V>
+GROUSER_INLINE Vec3L<V> add_cross(const Vec3L<V>& a, const Vec3L<V>& b, const Vec3L<V>& c) {
+  return {(a.x + b.y * c.z) - b.z * c.y, (a.y + b.z * c.x) - b.x * c.z, (a.z + b.x * c.y) - b.y * c.x};
+}
+
+/// Coefficients in lanes: one value for all, or looked up by the type of the pair.
+template <class V>
+struct Coefficients {
+  V kn, kt, cn, ct, mu, mur, kc;
+};
+
+template <class V>
+struct Geometry {
+  Vec3L<V> n;      ///< unit normal, i to j
+  V delta;         ///< overlap; <= 0: no contact
+  Vec3L<V> u;      ///< velocity of i against j at the contact, with spins
+  V un;            ///< u.n, positive when closing
+  Vec3L<V> spin;   ///< w_i - w_j
+  Vec3L<V> drift;  ///< v_i - v_j (centres), for the rate reading without spin
+  V reff, inv_m;   ///< R*, 1/m*
+  V ieff;          ///< eq 3.19
+  V mobility_t;    ///< sum over both of contacts/effective mass at the contact, for the implicit dampers
+  V mobility_r;    ///< the same for rotation
+  V area;          ///< area of the circle of contact (eq 3.5), only for cohesion
+};
+
+template <class V>
+struct Result {
+  V fn;           ///< normal force, positive: repulsion
+  Vec3L<V> ft;    ///< tangential force on j
+  Vec3L<V> roll;  ///< rolling torque on i
+  V k;            ///< tangent normal stiffness
+};
+
+template <class V>
+struct History {
+  Vec3L<V> s, t;
+};
+
+template <class V>
+GROUSER_INLINE double sum_of(V x) {
+  double s = 0;
+  for (std::size_t k = 0; k < sizeof(V) / sizeof(x[0]); ++k) s += static_cast<double>(x[k]);
+  return s;
+}
+
+/// One step of the law. With kLedger the energies are added to `e`; the forces are the same bits.
+template <class R, bool kLedger, class V = typename LanesOf<R>::V>
+GROUSER_INLINE Result<V> contact_law(const StepWork<R>& w, const Coefficients<V>& c, const Geometry<V>& g,
+                                     History<V>& h, [[maybe_unused]] Energies* e) {
+  const V zero = V{}, tiny = zero + R(1e-12);
+  const auto active = g.delta > 0;
+  const V overlap = larger(g.delta, tiny), rd = g.reff * overlap, inv_a = inverse_root(rd), a = rd * inv_a;
+  const V kn = c.kn * a, kt = c.kt * a;
+  const V meff = inverse(g.inv_m);
+  const V q = w.ch3 ? a * meff : root(a * meff);
+  V fn = kn * overlap + (c.cn * q) * g.un;
+  fn = active ? fn : zero;
+  // Stiffness a step ago over stiffness now, the same for k_n, k_t, k_r.
+  [[maybe_unused]] V before;
+  if constexpr (kLedger) {
+    before = root(larger(overlap - g.un * w.dt, zero) * inverse(overlap));
+    e->normal_spring += sum_of(active ? R(0.4) * kn * overlap * overlap : zero);
+    e->normal_damping += sum_of(active ? c.cn * q * g.un * g.un * w.dt : zero);
+  }
+
+  const Vec3L<V> ut = less(g.u, g.un, g.n);
+  // Tangential spring: the old one turned into the new contact plane, then stretched.
+  Vec3L<V> s = less(h.s, dot(h.s, g.n), g.n);
+  if constexpr (kLedger)
+    e->tangential_change += sum_of(active ? R(0.5) * kt * (before * dot(h.s, h.s) - dot(s, s)) : zero);
+  s = {s.x + ut.x * w.dt, s.y + ut.y * w.dt, s.z + ut.z * w.dt};
+  V gt = c.ct * q;
+  gt = gt * inverse(1 + (w.implicit * gt) * g.mobility_t);
+  Vec3L<V> ft = {kt * s.x, kt * s.y, kt * s.z};
+  const V limit = c.mu * absolute(fn);
+  const V smallest = zero + R(1e-30);
+  if (w.spring_cap) {
+    const V size2 = dot(ft, ft);
+    const auto slides = size2 > limit * limit;
+    const V m = slides ? limit * inverse_root(larger(size2, smallest)) : zero + 1;
+    gt = slides ? zero : gt;
+    ft = {m * ft.x + gt * ut.x, m * ft.y + gt * ut.y, m * ft.z + gt * ut.z};
+    h.s = {m * s.x, m * s.y, m * s.z};
+    ft = {active ? ft.x : zero, active ? ft.y : zero, active ? ft.z : zero};
+    h.s = {active ? h.s.x : zero, active ? h.s.y : zero, active ? h.s.z : zero};
+  } else {
+    ft = {ft.x + gt * ut.x, ft.y + gt * ut.y, ft.z + gt * ut.z};
+    const V size2 = dot(ft, ft);
+    const auto slides = size2 > limit * limit;
+    const V m = slides ? limit * inverse_root(larger(size2, smallest)) : zero + 1;
+    ft = scaled(m, ft);
+    const V inv_kt = inverse(kt);
+    h.s = {slides ? ft.x * inv_kt : s.x, slides ? ft.y * inv_kt : s.y, slides ? ft.z * inv_kt : s.z};
+  }
+
+  if constexpr (kLedger) {
+    const Vec3L<V> damped = {ft.x - kt * h.s.x, ft.y - kt * h.s.y, ft.z - kt * h.s.z};
+    e->tangential_spring += sum_of(active ? R(0.5) * kt * dot(h.s, h.s) : zero);
+    e->tangential_damping += sum_of(active ? dot(damped, ut) * w.dt : zero);
+    e->sliding += sum_of(active ? R(0.5) * kt * (dot(s, s) - dot(h.s, h.s)) : zero);
+  }
+
+  // Rolling.
+  V mu = w.ch3 ? zero : c.mur;
+  Vec3L<V> roll;
+  const Vec3L<V> wr = less(g.spin, dot(g.spin, g.n), g.n);
+  if (w.ch3) {
+    const V size2 = dot(wr, wr);
+    const V m = (c.mur * g.reff) * ((active ? kn : zero) * overlap) * inverse_root(larger(size2, smallest));
+    roll = scaled(-m, wr);
+    if constexpr (kLedger) e->rolling_slip -= sum_of(active ? dot(roll, wr) * w.dt : zero);
+  } else {
+    if (w.rate) {
+      V v2;
+      if (w.rate_without_spin) {
+        const Vec3L<V> d = less(g.drift, g.un, g.n);
+        v2 = dot(d, d);
+      } else {
+        v2 = dot(ut, ut);
+      }
+      mu = smaller(mu * v2, zero + 1);
+    }
+    const V arm = mu * g.reff, kr = (R(2.25) * kn) * (arm * arm);
+    V gr = (3 * arm) * root(kn * g.ieff);  // 2 sqrt(kr I) with kr = 2.25 kn arm^2
+    gr = gr * inverse(1 + (w.implicit * gr) * g.mobility_r);
+    Vec3L<V> t = less(h.t, dot(h.t, g.n), g.n);
+    [[maybe_unused]] V compliance;
+    if constexpr (kLedger) {
+      compliance = inverse(larger(kr, zero + R(1e-30)));
+      e->rolling_change +=
+          sum_of(active && before > 0 ? R(0.5) * compliance * (dot(h.t, h.t) / before - dot(t, t)) : zero);
+    }
+    const V step = kr * w.dt;
+    t = {t.x - step * wr.x, t.y - step * wr.y, t.z - step * wr.z};
+    const V most = arm * absolute(fn);
+    const V spring2 = dot(t, t), most2 = most * most;
+    const auto yields = spring2 > most2;
+    const V m = yields ? most * inverse_root(larger(spring2, smallest)) : zero + 1;
+    h.t = scaled(m, t);
+    if (w.spring_cap) {
+      gr = yields ? zero : gr;
+      gr = active ? gr : zero;
+      roll = less(h.t, gr, wr);
+    } else {
+      roll = less(h.t, gr, wr);
+      const V sum2 = dot(roll, roll);
+      const V l = sum2 > most2 ? most * inverse_root(larger(sum2, smallest)) : zero + 1;
+      roll = scaled(l, roll);
+    }
+    if constexpr (kLedger) {
+      const Vec3L<V> damped = {roll.x - h.t.x, roll.y - h.t.y, roll.z - h.t.z};
+      e->rolling_spring += sum_of(active ? R(0.5) * compliance * dot(h.t, h.t) : zero);
+      e->rolling_damping -= sum_of(active ? dot(damped, wr) * w.dt : zero);
+      e->rolling_slip += sum_of(active ? R(0.5) * compliance * (dot(t, t) - dot(h.t, h.t)) : zero);
+    }
+  }
+  // Cohesion holds the grains together without counting in the limits of friction and rolling.
+  if (w.cohesive) fn = active ? fn - c.kc * g.area : zero;
+  return {fn, ft, roll, active ? (R(1.5) + R(1.4) * (mu * mu)) * kn : zero};
+}
+
+}  // namespace grouser::dem::inline GROUSER_DEM_ISA

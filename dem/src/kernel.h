@@ -1,0 +1,73 @@
+#pragma once
+// The inner loop, compiled once per instruction set and chosen at run time.
+#include "store.h"
+
+namespace grouser::dem {
+
+enum class Rolling { constant, rate };
+
+/// Everything that does not change during a step.
+template <class R>
+struct StepWork {
+  Grain<R>* grains;
+  Load<R>* loads;
+  const LawTable<R>* law;
+  R unit[3];  ///< metres per unit of position
+  R dt;
+  R implicit;  ///< dt, or 0 for explicit tangential and rolling damping
+  R gravity[3];
+  R drag;     ///< [1/s] velocity and spin decay, 0: none
+  bool many;  ///< more than one pair of materials
+  bool rate;  ///< mu_r,eff = min(mur |v_t|^2, 1)
+  bool rate_without_spin;
+  bool spring_cap;  ///< only the springs are capped (LIGGGHTS), not the sum of spring and damping
+  bool ch3;
+  bool cohesive;
+};
+
+/// Energies of contacts [J], each from its own formula: what the springs hold now, and what left them or the grains
+/// during the step.
+struct Energies {
+  double normal_spring = 0, tangential_spring = 0, rolling_spring = 0;
+  double normal_damping = 0, tangential_damping = 0, rolling_damping = 0;
+  double sliding = 0, rolling_slip = 0;
+  double tangential_change = 0, rolling_change = 0;  ///< springs whose stiffness or direction changed under load
+};
+
+struct StepLimits {
+  double speed2 = 0;     ///< bound of |v|^2 [m2/s2]
+  double stiffness = 0;  ///< largest sum of k_n/m over the contacts of a grain [1/s2]
+};
+
+template <class R>
+struct KernelOf {
+  /// `e`: null, or where the energies are added.
+  void (*pairs)(const StepWork<R>&, Block<R>* first, Block<R>* last, Energies* e);
+  void (*walls)(const StepWork<R>&, WallBlock<R>* first, WallBlock<R>* last, Energies* e);
+  void (*integrate)(const StepWork<R>&, std::size_t first, std::size_t last, StepLimits& limits);
+};
+
+struct Kernel {
+  const char* name;
+  KernelOf<float> single;
+  KernelOf<double> full;
+};
+extern const Kernel kernel_base;
+#ifdef GROUSER_DEM_X86
+extern const Kernel kernel_avx2, kernel_avx512;
+#endif
+/// The best this machine runs, or the one named ("base", "avx2", "avx512"); nullptr when it cannot be run here.
+const Kernel* find_kernel(const char* name) noexcept;
+
+template <class R>
+const KernelOf<R>& of(const Kernel& k);
+template <>
+inline const KernelOf<float>& of<float>(const Kernel& k) {
+  return k.single;
+}
+template <>
+inline const KernelOf<double>& of<double>(const Kernel& k) {
+  return k.full;
+}
+
+}  // namespace grouser::dem

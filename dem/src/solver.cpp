@@ -1,0 +1,554 @@
+#include "grouser/dem/solver.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "bodies.h"
+#include "kernel.h"
+#include "law_table.h"
+#include "lists.h"
+#include "team.h"
+
+namespace grouser::dem {
+
+struct Solver::Impl {
+  virtual ~Impl() = default;
+  virtual int add_body(const BodySettings&) = 0;
+  virtual int add_surface(int body, Shape shape, int material) = 0;
+  virtual Body& body(int) = 0;
+  virtual const Surface& surface(int) const = 0;
+  virtual void step(long) = 0;
+  virtual std::vector<GrainState> grains() const = 0;
+  virtual double kinetic_energy() const = 0;
+  virtual Vec3 momentum() const = 0;
+  virtual double stable_step() const = 0;
+  virtual Ledger ledger() const = 0;
+  virtual Counters counters() const = 0;
+  virtual void traverse(State&) = 0;
+  SolverSettings set;
+  double time = 0;
+  const Kernel* kernel = nullptr;
+};
+
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+[[noreturn]] void refuse(const char* format, auto... a) {
+  char text[300];
+  std::snprintf(text, sizeof text, format, a...);
+  throw DemError(text);
+}
+
+template <class R>
+class Engine final : public Solver::Impl {
+ public:
+  Engine(const SolverSettings& s, const std::vector<GrainState>& input) : space_(s.domain) {
+    set = s;
+    kernel = find_kernel(s.isa.c_str());
+    if (!kernel)
+      refuse("instruction set '%s' cannot be run here; allowed: avx512, avx2, base where the machine has them",
+             s.isa.c_str());
+    table_ = law_table<R>(s.materials, s.law);
+    const int m = static_cast<int>(s.materials.materials.size());
+    if (m < 1 || m > 5) refuse("%d materials; 1 to 5 are allowed", m);
+    for (int a = 0; a < m; ++a)
+      for (int b = 0; b < m; ++b) pair_type_.push_back(static_cast<std::uint8_t>(s.materials.index(a, b)));
+    grains_.resize(input.size() + 2);
+    loads_.resize(input.size() + 2);
+    for (std::size_t k = 0; k < input.size(); ++k) put(input[k], grains_[k]);
+    for (std::size_t k = input.size(); k < grains_.size(); ++k) {
+      grains_[k] = Grain<R>{};
+      grains_[k].r = R(1e-6);
+      grains_[k].im = grains_[k].ii = 1;
+    }
+    grains_.back().p[0] = Int<R>{1} << (Space<R>::kBits - 2);
+    for (Load<R>& l : loads_) l = Load<R>{};
+    for (std::size_t k = 0; k < input.size(); ++k) {
+      ids_.push_back(static_cast<std::uint32_t>(k));
+      material_.push_back(static_cast<std::uint8_t>(input[k].material));
+      size_.push_back({input[k].radius, input[k].density});
+    }
+    material_.shrink_to_fit();
+    ids_.shrink_to_fit();
+    size_.shrink_to_fit();
+    lists_.rebuild(space_, set.skin, grains_, ids_);
+    sorted_ = true;
+    ledger_.start = kinetic_energy();
+    last_momentum_ = momentum();
+    const auto worst = lists_.deepest(space_, grains_, ids_);
+    if (worst.share > 0.25)
+      refuse("grains %u and %u overlap by %.3g m, more than a quarter of the smaller radius", worst.a, worst.b,
+             worst.depth);
+  }
+
+  int add_body(const BodySettings& b) override {
+    if (b.free && !(b.mass > 0 && b.inertia.minCoeff() > 0)) refuse("a free body needs a positive mass and inertia");
+    walls_.bodies.push_back({b, b.X_WB, b.V_W, {}});
+    return static_cast<int>(walls_.bodies.size()) - 1;
+  }
+  int add_surface(int body_number, Shape shape, int material) override {
+    Body& b = body(body_number);
+    if (material < 0 || material >= static_cast<int>(set.materials.materials.size()))
+      refuse("surface: material %d; there are %zu", material, set.materials.materials.size());
+    if (shape.kind() == ShapeKind::plane) {
+      const Vec3 n = b.X.q * shape.normal();
+      for (int k = 0; k < 3; ++k)
+        if (set.domain.periodic[static_cast<std::size_t>(k)] && std::fabs(n[k]) > 1e-12)
+          refuse("a plane cannot lean along the periodic axis %c", "xyz"[k]);
+      if (b.V.w.norm() > 0) refuse("a plane cannot turn; use a mesh");
+    }
+    double largest = 0;
+    for (std::size_t k = 0; k < ids_.size(); ++k) largest = std::max(largest, double(grains_[k].r));
+    shape.prepare(largest + 2 * kLargestMargin);
+    walls_.surfaces.push_back({body_number, material, std::move(shape), {}});
+    walls_.clear();
+    fresh_ = false;
+    return static_cast<int>(walls_.surfaces.size()) - 1;
+  }
+  Body& body(int k) override {
+    if (k < 0 || k >= static_cast<int>(walls_.bodies.size())) refuse("body %d; there are %zu", k, walls_.bodies.size());
+    return walls_.bodies[static_cast<std::size_t>(k)];
+  }
+  const Surface& surface(int k) const override {
+    if (k < 0 || k >= static_cast<int>(walls_.surfaces.size()))
+      refuse("surface %d; there are %zu", k, walls_.surfaces.size());
+    return walls_.surfaces[static_cast<std::size_t>(k)];
+  }
+
+  void step(long n) override {
+    if (n <= 0) return;
+    const KernelOf<R>& k = of<R>(*kernel);
+    update_lists();
+    const int threads = std::clamp(set.threads, 1, static_cast<int>(chunks().size() + 1) / 2);
+    if (threads == 1) {
+      for (long s = 0; s < n; ++s) {
+        update_lists();
+        pipeline(work(), k);
+        finish_step();
+      }
+      return;
+    }
+    Barrier barrier(threads);
+    std::exception_ptr failure;
+    std::atomic<bool> stop{false};
+    together(threads, [&](int t) {
+      for (long s = 0; s < n; ++s) {
+        if (t == 0) {
+          try {
+            if (s > 0) finish_step();
+            update_lists();
+          } catch (...) {
+            failure = std::current_exception();
+            stop = true;
+          }
+        }
+        barrier.wait();
+        if (stop) return;
+        const StepWork<R> w = work();
+        const std::size_t m = chunks().size(), half = (m + 1) / 2, T = static_cast<std::size_t>(threads),
+                          u = static_cast<std::size_t>(t);
+        for (std::size_t c = half * u / T; c < half * (u + 1) / T; ++c) contacts(2 * c, w, k);
+        barrier.wait();
+        for (std::size_t c = half * u / T; c < half * (u + 1) / T; ++c)
+          if (2 * c + 1 < m) contacts(2 * c + 1, w, k);
+        barrier.wait();
+        for (std::size_t c = m * u / T; c < m * (u + 1) / T; ++c) move(c, w, k);
+        barrier.wait();
+      }
+    });
+    if (failure) std::rethrow_exception(failure);
+    finish_step();
+  }
+
+  std::vector<GrainState> grains() const override {
+    std::vector<GrainState> out(ids_.size());
+    for (std::size_t k = 0; k < ids_.size(); ++k) {
+      const std::uint32_t id = ids_[k];
+      GrainState& o = out[id];
+      const Grain<R>& g = grains_[k];
+      o.radius = size_[id].radius;
+      o.density = size_[id].density;
+      o.material = material_[id];
+      o.frozen = g.im == 0;
+      o.x = space_.position(g);
+      o.v = Vec3(double(g.v[0]), double(g.v[1]), double(g.v[2]));
+      o.w = Vec3(double(g.w[0]), double(g.w[1]), double(g.w[2]));
+    }
+    return out;
+  }
+  double kinetic_energy() const override {
+    double e = 0;
+    for (std::size_t k = 0; k < ids_.size(); ++k) {
+      const Grain<R>& g = grains_[k];
+      if (g.im == 0) continue;
+      double v2 = 0, w2 = 0;
+      for (int a = 0; a < 3; ++a) {
+        v2 += double(g.v[a]) * double(g.v[a]);
+        w2 += double(g.w[a]) * double(g.w[a]);
+      }
+      e += 0.5 * (v2 / double(g.im) + w2 / double(g.ii));
+    }
+    return e;
+  }
+  Vec3 momentum() const override {
+    Vec3 p = Vec3::Zero();
+    for (std::size_t k = 0; k < ids_.size(); ++k) {
+      const Grain<R>& g = grains_[k];
+      if (g.im != 0) p += Vec3(double(g.v[0]), double(g.v[1]), double(g.v[2])) / double(g.im);
+    }
+    return p;
+  }
+  double stable_step() const override { return stiffest_ > 0 ? kStable / std::sqrt(stiffest_) : 1e30; }
+  Ledger ledger() const override {
+    if (!set.ledger) refuse("the energy ledger was not asked for (settings.ledger)");
+    Ledger l = ledger_;
+    l.kinetic = kinetic_energy();
+    for (const Body& b : walls_.bodies) l.bodies += b.report.work;
+    return l;
+  }
+  Counters counters() const override {
+    Counters c = counters_;
+    c.grains = ids_.size();
+    c.listed = lists_.listed();
+    c.candidates = lists_.candidates();
+    double touching = 0;
+    for (std::size_t k = 0; k < ids_.size(); ++k) touching += double(grains_[k].touching);
+    c.touching = touching / 2 / static_cast<double>(ids_.size());
+    c.bytes = sizeof(Grain<R>) * grains_.capacity() + sizeof(Load<R>) * loads_.capacity() + lists_.bytes() +
+              walls_.bytes() + sizeof(std::uint32_t) * ids_.capacity() + material_.capacity() +
+              sizeof(Size) * size_.capacity();
+    return c;
+  }
+
+  void traverse(State& s) override {
+    s.field("time", time);
+    s.field("travelled", travelled_);
+    s.field("margin", margin_);
+    s.field("stiffest", stiffest_);
+    s.field("fresh", fresh_);
+    s.field("steps", counters_.steps);
+    s.field("listed", lists_.listed_);
+    if (set.ledger) {
+      auto g = s.group("ledger");
+      double* x[] = {&ledger_.normal_spring,
+                     &ledger_.tangential_spring,
+                     &ledger_.rolling_spring,
+                     &ledger_.normal_damping,
+                     &ledger_.tangential_damping,
+                     &ledger_.rolling_damping,
+                     &ledger_.sliding,
+                     &ledger_.rolling_slip,
+                     &ledger_.tangential_change,
+                     &ledger_.rolling_change,
+                     &ledger_.drag,
+                     &ledger_.gravity,
+                     &ledger_.start};
+      for (double* v : x) s.field("energy", *v);
+      s.field("momentum", last_momentum_);
+    }
+    raw(s, "ids", ids_);
+    raw(s, "grains", grains_);
+    const auto array = [&](const char* name, auto& a) { raw(s, name, a); };
+    lists_.each_array(array);
+    walls_.each_array(array);
+    if (s.loading()) {
+      sorted_ = !chunks().empty();
+      limits_.assign(chunks().size(), StepLimits{});
+      energies_.assign(chunks().size(), Energies{});
+    }
+    const auto report = [&](SurfaceReport& r) {
+      s.field("force", r.force);
+      s.field("torque", r.torque);
+      s.field("impulse", r.impulse);
+      s.field("work", r.work);
+      s.field("contacts", r.contacts);
+    };
+    for (Body& b : walls_.bodies) {
+      auto g = s.group("body");
+      s.field("pose", b.X);
+      s.field("twist", b.V);
+      s.field("applied_force", b.set.force);
+      s.field("applied_torque", b.set.torque);
+      report(b.report);
+    }
+    for (Surface& f : walls_.surfaces) {
+      auto g = s.group("surface");
+      report(f.report);
+    }
+  }
+
+ private:
+  /// k_max dt^2 <= kStable^2 with k_max the largest sum of k_n/m on a grain.
+  static constexpr double kStable = 1.0;
+
+  template <class A>
+  static void raw(State& s, const char* name, A& a) {
+    using T = typename A::value_type;
+    std::vector<std::uint8_t> b;
+    if (!s.loading()) {
+      b.resize(a.size() * sizeof(T));
+      if (!b.empty()) std::memcpy(b.data(), static_cast<const void*>(a.data()), b.size());
+    }
+    s.field(name, b);
+    if (s.loading()) {
+      a.resize(b.size() / sizeof(T));
+      if (!b.empty()) std::memcpy(static_cast<void*>(a.data()), b.data(), b.size());
+    }
+  }
+
+  void put(const GrainState& in, Grain<R>& g) const {
+    space_.put(in.x, g);
+    g.r = static_cast<R>(in.radius);
+    const double m = 4.0 / 3 * kPi * in.radius * in.radius * in.radius * in.density;
+    g.im = in.frozen ? R(0) : static_cast<R>(1 / m);
+    g.ii = in.frozen ? R(0) : static_cast<R>(1 / (0.4 * m * in.radius * in.radius));
+    for (int k = 0; k < 3; ++k) {
+      g.v[k] = static_cast<R>(in.frozen ? 0 : in.v[k]);
+      g.w[k] = static_cast<R>(in.frozen ? 0 : in.w[k]);
+    }
+    g.touching = 6;
+  }
+
+  /// Where the arrays are changes with every sort.
+  StepWork<R> work() {
+    StepWork<R> w{};
+    w.grains = grains_.data();
+    w.loads = loads_.data();
+    w.law = &table_;
+    for (int k = 0; k < 3; ++k) {
+      w.unit[k] = static_cast<R>(space_.unit(k));
+      w.gravity[k] = static_cast<R>(set.gravity[k]);
+    }
+    w.dt = static_cast<R>(set.dt);
+    w.implicit = set.law.damping == Damping::implicit_ ? w.dt : R(0);
+    w.drag = static_cast<R>(set.drag);
+    w.many = set.materials.materials.size() > 1;
+    w.rate = set.law.rolling != RollingCoefficient::constant;
+    w.rate_without_spin = set.law.rolling == RollingCoefficient::rate_without_spin;
+    w.spring_cap = set.law.cap == Cap::springs;
+    w.ch3 = set.law.model == ContactModel::hertz_ch3;
+    for (const PairProperties& p : set.materials.pairs) w.cohesive = w.cohesive || p.cohesion > 0;
+    return w;
+  }
+
+  const std::vector<Chunk>& chunks() const { return lists_.chunks(); }
+
+  void update_lists() {
+    if (fresh_ && travelled_ <= margin_) return;
+    const auto begin = std::chrono::steady_clock::now();
+    // Twice the margin is given to pairs: each side may move by it.
+    if (!sorted_ || 2 * lists_.moved(space_, grains_) + 2 * kLargestMargin > set.skin) {
+      lists_.rebuild(space_, set.skin, grains_, ids_);
+      walls_.renumber(lists_.new_index());
+      sorted_ = true;
+      ++counters_.rebuilds;
+    }
+    double speed2 = 0;
+    for (std::size_t g = 0; g < ids_.size(); ++g) {
+      double v2 = 0;
+      for (int k = 0; k < 3; ++k) v2 += double(grains_[g].v[k]) * double(grains_[g].v[k]);
+      speed2 = std::max(speed2, v2);
+    }
+    if (!(speed2 < 1e6))
+      refuse("velocities are no longer finite at t = %.6g s: the step %.3g s is too large", time, set.dt);
+    margin_ = std::clamp(kLasts * (std::sqrt(speed2) + walls_.fastest()) * set.dt, 2e-6, kLargestMargin);
+    lists_.refresh(space_, 2 * margin_, grains_, ids_, pair_type_, material_,
+                   static_cast<int>(set.materials.materials.size()));
+    walls_.refresh(space_, 2 * margin_, grains_, chunks(), ids_, material_, set.materials);
+    limits_.assign(chunks().size(), StepLimits{});
+    energies_.assign(chunks().size(), Energies{});
+    travelled_ = 0;
+    fresh_ = true;
+    ++counters_.refreshes;
+    counters_.seconds_lists += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  }
+
+  void contacts(std::size_t c, const StepWork<R>& w, const KernelOf<R>& k) {
+    Block<R>* blocks = lists_.blocks().data();
+    Energies* e = set.ledger ? &(energies_[c] = Energies{}) : nullptr;
+    k.pairs(w, blocks + chunks()[c].first_block, blocks + chunks()[c].last_block, e);
+    if (walls_.empty()) return;
+    walls_.geometry(c, space_, grains_);
+    k.walls(w, walls_.first(c), walls_.last(c), e);
+  }
+  void move(std::size_t c, const StepWork<R>& w, const KernelOf<R>& k) {
+    k.integrate(w, chunks()[c].first, chunks()[c].last, limits_[c]);
+  }
+  /// Every chunk is moved as soon as its sums are complete, while it is still in cache; the order of the sums is
+  /// all even chunks before all odd ones.
+  void pipeline(const StepWork<R>& w, const KernelOf<R>& k) {
+    const std::size_t n = chunks().size();
+    contacts(0, w, k);
+    for (std::size_t c = 2; c < n; c += 2) {
+      contacts(c, w, k);
+      contacts(c - 1, w, k);
+      move(c - 1, w, k);
+      move(c, w, k);
+    }
+    if (n > 1) {
+      contacts(n - 1, w, k);
+      move(n - 1, w, k);
+    }
+    move(0, w, k);
+  }
+
+  void finish_step() {
+    double speed2 = 0, stiffness = 0;
+    for (const StepLimits& l : limits_) {
+      speed2 = std::max(speed2, l.speed2);
+      stiffness = std::max(stiffness, l.stiffness);
+    }
+    stiffest_ = std::max(stiffest_ * 0.999, stiffness);
+    if (stiffness * set.dt * set.dt > kStable * kStable)
+      refuse("at t = %.6g s the step %.3g s is too large for the stiffness of the contacts; at most %.3g s", time,
+             set.dt, kStable / std::sqrt(stiffness));
+    travelled_ += (std::sqrt(speed2) + walls_.fastest()) * set.dt;
+    if (set.ledger) count_energies();
+    walls_.finish(set.dt, set.gravity, chunks().size());
+    time += set.dt;
+    ++counters_.steps;
+  }
+
+  void count_energies() {
+    Ledger& l = ledger_;
+    l.normal_spring = l.tangential_spring = l.rolling_spring = 0;
+    for (const Energies& e : energies_) {
+      l.normal_spring += e.normal_spring;
+      l.tangential_spring += e.tangential_spring;
+      l.rolling_spring += e.rolling_spring;
+      l.normal_damping += e.normal_damping;
+      l.tangential_damping += e.tangential_damping;
+      l.rolling_damping += e.rolling_damping;
+      l.sliding += e.sliding;
+      l.rolling_slip += e.rolling_slip;
+      l.tangential_change += e.tangential_change;
+      l.rolling_change += e.rolling_change;
+    }
+    // Forces of a step act on the mean of the velocities before and after it.
+    const Vec3 p = momentum();
+    l.gravity += 0.5 * set.dt * set.gravity.dot(p + last_momentum_);
+    last_momentum_ = p;
+    const double kept = 1 - set.drag * set.dt;
+    l.drag += kinetic_energy() * (1 / (kept * kept) - 1);
+  }
+
+  static constexpr double kLargestMargin = 5e-5;  ///< [m] of the contact list
+  static constexpr double kLasts = 80;            ///< steps a contact list should last
+
+  Space<R> space_;
+  struct Size {
+    double radius, density;
+  };
+  std::vector<Size> size_;
+  LawTable<R> table_;
+  std::vector<std::uint8_t> pair_type_, material_;
+  Array<Grain<R>> grains_;
+  Array<Load<R>> loads_;
+  std::vector<std::uint32_t> ids_;
+  Lists<R> lists_;
+  Bodies<R> walls_;
+  std::vector<StepLimits> limits_;
+  std::vector<Energies> energies_;
+  Ledger ledger_;
+  Vec3 last_momentum_ = Vec3::Zero();
+  Counters counters_;
+  bool fresh_ = false, sorted_ = false;
+  double travelled_ = 0, margin_ = 0, stiffest_ = 0;
+};
+
+void check(const SolverSettings& s, const std::vector<GrainState>& grains) {
+  if (grains.empty()) refuse("no grain");
+  if (!(s.dt > 0) || !std::isfinite(s.dt)) refuse("time step %g s must be positive", s.dt);
+  if (!(s.skin >= 2e-4)) refuse("skin %g m is too small; at least 0.2 mm", s.skin);
+  for (std::size_t k = 0; k < grains.size(); ++k) {
+    const GrainState& g = grains[k];
+    if (!g.x.allFinite() || !g.v.allFinite() || !g.w.allFinite())
+      refuse("grain %zu: position, velocity or spin is not a number", k);
+    if (!(g.radius > 0) || !std::isfinite(g.radius)) refuse("grain %zu: radius %g m must be positive", k, g.radius);
+    if (!(g.density > 0) || !std::isfinite(g.density))
+      refuse("grain %zu: density %g kg/m3 must be positive", k, g.density);
+    if (g.material < 0 || g.material >= static_cast<int>(s.materials.materials.size()))
+      refuse("grain %zu: material %d; there are %zu", k, g.material, s.materials.materials.size());
+    for (int a = 0; a < 3; ++a)
+      if (!s.domain.periodic[static_cast<std::size_t>(a)] && !(g.x[a] >= s.domain.lo[a] && g.x[a] < s.domain.hi[a]))
+        refuse("grain %zu: %c = %g m is outside the domain, %g to %g m", k, "xyz"[a], g.x[a], s.domain.lo[a],
+               s.domain.hi[a]);
+  }
+}
+
+}  // namespace
+
+Solver::Solver(const SolverSettings& s, const std::vector<GrainState>& grains) {
+  check(s, grains);
+  if (s.precision == Precision::full)
+    impl_ = std::make_unique<Engine<double>>(s, grains);
+  else
+    impl_ = std::make_unique<Engine<float>>(s, grains);
+}
+Solver::~Solver() = default;
+Solver::Solver(Solver&&) noexcept = default;
+Solver& Solver::operator=(Solver&&) noexcept = default;
+
+int Solver::add_body(const BodySettings& b) { return impl_->add_body(b); }
+int Solver::add_plane(int body, const Vec3& point, const Vec3& normal, int material) {
+  if (!(normal.norm() > 0)) refuse("normal of a plane is zero");
+  return impl_->add_surface(body, Shape::plane(point, normal), material);
+}
+int Solver::add_mesh(int body, const Mesh& mesh, int material) {
+  if (mesh.triangles.empty()) refuse("mesh without triangles");
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& k = mesh.triangles[t];
+    for (int v : k)
+      if (v < 0 || v >= static_cast<int>(mesh.vertices.size()))
+        refuse("triangle %zu names vertex %d of %zu", t, v, mesh.vertices.size());
+    const auto at = [&](std::size_t c) { return mesh.vertices[static_cast<std::size_t>(k[c])]; };
+    if (!((at(1) - at(0)).cross(at(2) - at(0)).norm() > 1e-14)) refuse("triangle %zu has no area", t);
+  }
+  return impl_->add_surface(body, Shape::mesh(mesh), material);
+}
+int Solver::add_cylinder(int body, double radius, double half_width, int material) {
+  if (!(radius > 0) || !(half_width > 0))
+    refuse("cylinder of radius %g m, half width %g m: both must be positive", radius, half_width);
+  return impl_->add_surface(body, Shape::cylinder(radius, half_width), material);
+}
+int Solver::add_spheres(int body, const std::vector<Vec3>& centres, const std::vector<double>& radii, int material) {
+  if (centres.empty() || centres.size() != radii.size())
+    refuse("%zu centres and %zu radii", centres.size(), radii.size());
+  return impl_->add_surface(body, Shape::spheres(centres, radii), material);
+}
+int Solver::add_floor(double z, int material) {
+  const int b = add_body({});
+  add_plane(b, Vec3(0, 0, z), Vec3::UnitZ(), material);
+  return b;
+}
+void Solver::set_motion(int body, const Twist& V) { impl_->body(body).V = V; }
+void Solver::set_load(int body, const Vec3& force, const Vec3& torque) {
+  impl_->body(body).set.force = force;
+  impl_->body(body).set.torque = torque;
+}
+Pose Solver::pose(int body) const { return impl_->body(body).X; }
+Twist Solver::twist(int body) const { return impl_->body(body).V; }
+SurfaceReport Solver::body(int body) const { return impl_->body(body).report; }
+SurfaceReport Solver::surface(int surface) const { return impl_->surface(surface).report; }
+void Solver::step(long n) { impl_->step(n); }
+void Solver::step_for(double seconds) { impl_->step(std::lround(seconds / impl_->set.dt)); }
+double Solver::time() const { return impl_->time; }
+std::vector<GrainState> Solver::grains() const { return impl_->grains(); }
+double Solver::kinetic_energy() const { return impl_->kinetic_energy(); }
+Ledger Solver::ledger() const { return impl_->ledger(); }
+Vec3 Solver::momentum() const { return impl_->momentum(); }
+double Solver::stable_step() const { return impl_->stable_step(); }
+void Solver::set_dt(double dt) { impl_->set.dt = dt; }
+void Solver::set_drag(double d) { impl_->set.drag = d; }
+Counters Solver::counters() const { return impl_->counters(); }
+const char* Solver::isa() const { return impl_->kernel->name; }
+std::uint64_t Solver::hash() const {
+  State s;
+  impl_->traverse(s);
+  return s.hash();
+}
+void Solver::traverse(State& s) { impl_->traverse(s); }
+
+}  // namespace grouser::dem
