@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pieces.h"
-
 namespace grouser::bekker {
 
 namespace {
@@ -12,6 +10,8 @@ namespace {
 constexpr int kFinest = static_cast<int>(kRuleSizes.size()) - 1;
 constexpr int kBudget = 2000;  // rules tried in all
 constexpr double kRounding = 2.3e-16;
+constexpr double kMostSliding = 60;  // j/K
+constexpr double kNoisy = 1e-6;      // tolerance below which rounding of j can matter
 constexpr double kNothing =
     1e-32;  // of r |F|: smaller errors of the moment are not chased (shear of type B long past its peak)
 
@@ -44,7 +44,18 @@ struct Allowed {
   }
 };
 
-/// Rules of growing size, then halves, until two in a row agree.
+/// What the next coefficients would add, were those of the last two rules to fall on by a power law: more than an
+/// analytic piece has. Two rules can agree by chance; then these are still large.
+double tail(double finer, double coarse) { return finer * (finer / std::max({coarse, finer, 1e-300})); }
+bool settled(const PieceSums& finer, const PieceSums& coarse, const Allowed& allowed) {
+  const double shear =
+      tail(std::abs(finer.null_t) + std::abs(finer.null_l), std::abs(coarse.null_t) + std::abs(coarse.null_l));
+  const double sigma = tail(std::abs(finer.null_sigma), std::abs(coarse.null_sigma));
+  return sigma + shear <= std::max(allowed.force, allowed.force_floor) &&
+         shear <= std::max(allowed.moment, allowed.moment_floor);
+}
+
+/// Rules of growing size, then halves, until two in a row agree and the stresses are resolved, or three agree.
 class Refinement {
  public:
   Refinement(const Kernel& k, const Arc& arc) : k_(k), arc_(arc) {}
@@ -53,12 +64,15 @@ class Refinement {
 
   PieceSums refine(const MappedPiece& m, int size, const PieceSums& coarse, const Allowed& allowed) {
     PieceSums last = coarse;
+    bool agreed = false;
     for (int s = size + 1; s <= kFinest; ++s) {
       const PieceSums finer = integrate(m, s);
-      if (allowed.holds(finer, last)) {
+      const bool agree = allowed.holds(finer, last);
+      if (agree && (agreed || settled(finer, last, allowed))) {
         reached_ = s;
         return finer;
       }
+      agreed = agree;
       last = finer;
     }
     if (budget_ <= 0) {
@@ -92,9 +106,19 @@ class Refinement {
 
 /// The highest Legendre coefficients, of which the rule's error is about the square, are small against the whole.
 bool looks_smooth(const PieceSums& s, double force, double moment, int size) {
-  const double limit = size == 0 ? 1e-2 : 3e-3;
+  const double limit = size == 0 ? 5e-3 : 2e-3;
   const double shear = std::abs(s.null_t) + std::abs(s.null_l);
   return std::abs(s.null_sigma) + shear <= limit * force && shear <= limit * moment + kNothing * force;
+}
+
+/// What rounding of j leaves of the shear where little of it is mobilised: j is the difference of the path rolled and
+/// the path travelled, which near pure rolling agree to a millionth and less.
+double displacement_noise(const Arc& a, double force_sum) {
+  if (a.locked || force_sum == 0) return 0;  // nothing slides, or nothing touches
+  const double arc = a.theta_f - a.theta_r, kappa = 1 - a.e.t, per_K = a.r * a.inv_K;
+  const double jt = arc - kappa * (a.sin_f - std::sin(a.theta_r)), jl = a.e.l * arc;
+  if (per_K * (std::abs(jt) + std::abs(jl)) > 1) return 0;
+  return 2 * kRounding * per_K * arc * (1 + std::abs(kappa)) * (a.cohesion * arc + a.tan_phi * force_sum);
 }
 
 WheelWrench wrench_of(const Arc& arc, const PieceSums& s) {
@@ -117,7 +141,7 @@ ForceResult nonlinear_forces(const Arc& arc, double tolerance, RulePlan* plan) n
     return {wrench_of(arc, sum), ForceStatus::ok};
   }
   if (plan) plan->pieces = pieces.count;
-  std::array<PieceSums, 24> part;
+  std::array<PieceSums, kMostPieces> part;
   PieceSums total{};
   double force_sum = 0, moment_sum = 0;
   for (int i = 0; i < pieces.count; ++i) {
@@ -127,11 +151,12 @@ ForceResult nonlinear_forces(const Arc& arc, double tolerance, RulePlan* plan) n
     force_sum += force_of(part[i]);
     moment_sum += moment_of(part[i]);
   }
-  // Shares of the tolerance. Sums that cancel cannot be had better than the rounding of their parts: that of j/K counts
-  // most.
+  // Shares of the tolerance. Sums that cancel cannot be had better than the rounding of their parts; that of j/K counts
+  // until shear is complete or gone.
   const double share = tolerance / pieces.count;
   const double turns = std::abs(1 - arc.e.t) + std::abs(arc.e.l) + 1;
-  const double rounding = kRounding * (10 + turns * arc.r * arc.inv_K * (arc.theta_f - arc.theta_r));
+  const double sliding = turns * arc.r * arc.inv_K * (arc.theta_f - arc.theta_r);
+  const double rounding = kRounding * (10 + std::min(sliding, kMostSliding));
   const Allowed allowed{share * force_of(total), share * moment_of(total), rounding * force_sum,
                         rounding * moment_sum + kNothing * force_sum};
   Refinement refinement(k, arc);
@@ -146,7 +171,9 @@ ForceResult nonlinear_forces(const Arc& arc, double tolerance, RulePlan* plan) n
   }
   if (plan && plan->pieces < 0) plan->pieces = 0;
   ForceResult result;
-  if (!refinement.ok()) result.status = ForceStatus::tolerance_not_met;
+  const double noise = tolerance < kNoisy ? displacement_noise(arc, force_sum) : 0;
+  const bool drowned = noise > tolerance * force_of(total) || noise > tolerance * moment_of(total);
+  if (!refinement.ok() || (noise > 0 && drowned)) result.status = ForceStatus::tolerance_not_met;
   result.wrench = wrench_of(arc, total);
   return result;
 }

@@ -1,14 +1,14 @@
 #pragma once
 #include <array>
 
-#include "arc.h"
+#include "pieces.h"
 
 namespace grouser::bekker {
 
 /// Sizes of the rules that met the tolerance on one arc, for arcs nearby: with the same plan the result is a smooth function of the arc,
 /// which a root finder needs, and costs one pass.
 struct RulePlan {
-  std::array<signed char, 24> size{};
+  std::array<signed char, kMostPieces> size{};
   int pieces = 0;  ///< 0: none yet, or a piece had to be halved
 };
 

@@ -9,6 +9,14 @@ namespace {
 
 constexpr double kSharpTurn = 0.7;  // of the arc: a turn spread wider than this needs no cut
 
+constexpr double kLooseFade = 18;   // exp(-18) = 1.5e-8: type A for 1e-6
+constexpr double kFadeMargin = 16;  // what exp(-j/K) has to fall below the tolerance: its tail is met by few points
+constexpr double kThin = 8;         // layers per arc from which the layer is cut off
+constexpr double kThinnest = 0.35;  // of a piece: thicker layers need no cut
+constexpr double kGone = 60;        // j/K: exp(-60) of what shear could be counts as nothing
+constexpr double kLong = 0.55;      // [rad], too much of a bow for eight points
+constexpr int kMostCuts = kMostPieces;
+
 /// A point where the stresses are not smooth, and how strongly the rule has to crowd towards it on either side.
 struct Cut {
   double theta;
@@ -20,6 +28,7 @@ class Cuts {
   Cuts(const Arc& a, double tolerance) : a_(a), near_(tolerance < 1e-8 ? 4 : 3), loose_(tolerance >= 1e-6) {
     power_ = end_power(tolerance);
     set_sharpness();
+    fades_ = loose_ && a.type == ShearLaw::Type::A ? kLooseFade : -std::log(tolerance) + kFadeMargin;
   }
   /// A driven wheel, smooth, on virgin soil, whose sliding does not turn sharply: nothing but theta_m cuts the arc.
   bool plain() const {
@@ -32,6 +41,8 @@ class Cuts {
     const double limit = 2 * w * w + A;
     return kappa <= 1 && (limit <= 0 || A * A + B * B >= limit * limit);
   }
+  /// The shear builds up over a share of the arc so small that its layer at the entry needs a piece of its own.
+  bool layered() const { return !a_.locked && sharp_ * (a_.theta_f - a_.theta_r) > kThin * fades_; }
   Pieces two_pieces() const {
     Pieces out;
     out.count = 0;
@@ -41,7 +52,7 @@ class Cuts {
     if (rear > 0) out.at[out.count++] = sized({0, rear, false}, power_, 1);
     return out;
   }
-  Pieces all_pieces() {
+  Pieces all_pieces(bool layers) {
     const Arc& a = a_;
     add(a.theta_r, power_, power_);
     add(a.theta_m, 1, 1);
@@ -49,7 +60,8 @@ class Cuts {
     if (a.lugs && a.concave) add(a.theta_ca, power_, 1);
     if (a.zu > 0) add_reloading();
     if (!a.locked) add_shear();
-    std::sort(cuts_.begin(), cuts_.begin() + count_, [](const Cut& x, const Cut& y) { return x.theta < y.theta; });
+    sort();
+    if (layers && !a.locked) add_layers();
     return pieces();
   }
 
@@ -72,7 +84,7 @@ class Cuts {
   MappedPiece sized(const Piece& piece, int p, int q) const {
     MappedPiece m{piece, p, q, 1, true};
     if (!loose_ || !gentle_) return m;
-    m.size = m.piece.front ? front_size(m.piece.length) : rear_size(m.piece.length);
+    m.size = m.piece.front ? front_size(m.piece) : rear_size(m.piece.length);
     if (m.p > 1 && m.q > 1) ++m.size;
     if (a_.anisotropic || a_.type != ShearLaw::Type::A || a_.zu > 0) ++m.size;  // sharper, or less regular ends
     m.verify = false;
@@ -81,17 +93,57 @@ class Cuts {
   /// Points for 1e-6 where nothing turns within the arc. The shear stress builds up over the front branch like exp(-J
   /// x), with J the displacements K that the fastest point slides over the piece; on the rear branch that matters while
   /// it is not yet complete.
-  int front_size(double length) const { return size_of(sharp_ * length); }
+  int front_size(const Piece& p) const {
+    if (!a_.anisotropic && sharp_ * p.start >= 0.5 * fades_) return 1;  // behind the layer
+    return std::max(size_of(sharp_ * p.length), int(p.length > kLong));
+  }
   int rear_size(double length) const {
     const double complete = a_.type == ShearLaw::Type::A ? 25 : 80;
-    return sharp_ * (a_.theta_f - a_.theta_m) < complete ? size_of(sharp_ * length) : 0;
+    const bool builds = a_.anisotropic || sharp_ * (a_.theta_f - a_.theta_m) < complete;  // j_l alone may be slow
+    return std::max(builds ? size_of(sharp_ * length) : 0, int(length > kLong));
   }
-  static int size_of(double J) { return int(J >= 5) + int(J >= 25) + int(J >= 150); }
+  static int size_of(double J) { return int(J >= 5) + int(J >= 25) + int(J >= 100); }
   void set_sharpness() {
     if (a_.locked) return;
     const double kappa = 1 - a_.e.t, v = 1 - kappa * a_.cos_f;
     sharp_ = a_.r * a_.inv_K * std::sqrt(v * v + a_.e.l * a_.e.l);
     if (a_.anisotropic || a_.type != ShearLaw::Type::A) sharp_ *= 2;
+  }
+
+  void sort() {
+    std::sort(cuts_.begin(), cuts_.begin() + count_, [](const Cut& x, const Cut& y) { return x.theta < y.theta; });
+  }
+  /// Where j is zero (the entry, the turn-over of braking) shear of types A and C builds up, that of type B passes by,
+  /// within a few K of sliding, which at a large r/K is a thin layer; shear of type B also dies out within a layer from
+  /// any angle where a part of the wheel begins to press. No number of points on the whole piece is safe for every
+  /// thickness: a rule, and the next one that should check it, can both miss the layer. So it becomes a piece.
+  void add_layers() {
+    const int before = count_;
+    const bool dies = a_.type == ShearLaw::Type::B;
+    const double per_K = a_.r * a_.inv_K, kappa = 1 - a_.e.t;
+    for (int i = 0; i < before && count_ + 4 < kMostCuts; ++i) {
+      const double t = cuts_[i].theta;
+      if (t < a_.theta_r || t > a_.theta_f) continue;
+      const double vt = std::abs(1 - kappa * std::cos(t)), vl = std::abs(a_.e.l), bend = std::abs(kappa * std::sin(t));
+      const double at_t = t < a_.theta_f ? std::abs(jt(t)) : 0, at_l = vl * (a_.theta_f - t);
+      const double gap_below = i > 0 ? t - cuts_[i - 1].theta : 0;
+      const double gap_above = i + 1 < before ? cuts_[i + 1].theta - t : 0;
+      const auto layer = [&](double at, double speed, double turn) {
+        const double grown = fades_ / per_K;
+        if (dies ? at * per_K > kGone : at > 0.01 * grown) return;
+        // speed d + turn d^2/2 = grown
+        const double d = 2 * grown / (speed + std::sqrt(speed * speed + 2 * turn * grown));
+        if (d < kThinnest * gap_below) add(t - d, power_, 1);
+        if (at < 0.01 * grown && d < kThinnest * gap_above) add(t + d, 1, power_);
+      };
+      if (a_.anisotropic) {
+        layer(at_t, vt, bend);
+        if (vl > 0) layer(at_l, vl, 0);
+      } else {
+        layer(std::sqrt(at_t * at_t + at_l * at_l), std::sqrt(vt * vt + vl * vl), bend);
+      }
+    }
+    sort();
   }
 
   void add(double theta, int below, int above) {
@@ -113,16 +165,19 @@ class Cuts {
     return a_.n < 0.8 ? 3 : 2;
   }
 
-  /// theta_e at which the pressure has sunk to z, on a part of radius r whose entry has the cosine c; < 0: not reached.
-  static double angle_at(double z, double r, double c) {
-    const double cosine = c + z / r;
-    return cosine < 1 ? std::acos(cosine) : -1;
+  /// theta_e at which the pressure has sunk to z, on a part of radius r that enters at theta_in; < 0: not reached.
+  /// By the half angle: the arc cosine would be off by 1e-15 of a small angle's inverse, and its piece may be short.
+  static double angle_at(double z, double r, double theta_in) {
+    const double half = std::sin(0.5 * theta_in), square = half * half - 0.5 * z / r;
+    return square > 0 ? 2 * std::asin(std::sqrt(square)) : -1;
   }
-  void add_level(double z, double r, double theta_in, double cosine, double stretch) {
-    const double t = angle_at(z, r, cosine);
+  void add_level(double z, double r, double theta_in, double stretch) {
+    const double t = angle_at(z, r, theta_in);
     if (!(t > a_.theta_m && t < theta_in)) return;
     // Where the wheel begins to press deep in the arc, shear of type B dies out within K from there.
-    const int power = sharp_ * (a_.theta_f - a_.theta_r) > 30 ? near_ : 1;
+    int power = sharp_ * (a_.theta_f - a_.theta_r) > 30 ? near_ : 1;
+    // Close to the entry the root of the pressure there is felt.
+    if (theta_in - t < 0.2 * (theta_in - a_.theta_m)) power = std::max(power, power_);
     add_inside(t, power);
     if (stretch > 0) add_inside(a_.theta_r + (theta_in - t) / stretch, power);
   }
@@ -131,8 +186,8 @@ class Cuts {
     const double z0 = a_.zu - a_.peak / a_.slope;
     for (const double z : {a_.zu, z0}) {
       if (!(z > 0)) continue;
-      add_level(z, a_.r, a_.theta_f, a_.cos_f, a_.stretch);
-      if (a_.lugs && a_.concave) add_level(z, a_.r_ca, a_.theta_ca, a_.cos_ca, a_.stretch_ca);
+      add_level(z, a_.r, a_.theta_f, a_.stretch);
+      if (a_.lugs && a_.concave) add_level(z, a_.r_ca, a_.theta_ca, a_.stretch_ca);
     }
   }
   bool untouched(double theta) const {
@@ -215,15 +270,16 @@ class Cuts {
   double sharp_ = 0;    // J per radian
   bool loose_;          // 1e-6 or more is asked for
   bool gentle_ = true;  // the shear stress neither turns nor changes sign
-  std::array<Cut, 20> cuts_;
+  double fades_ = 0;    // j/K over which shear is complete, or gone (type B)
+  std::array<Cut, kMostCuts> cuts_;
   int count_ = 0;
 };
 
 }  // namespace
 
-Pieces pieces_of(const Arc& arc, double tolerance) {
+Pieces pieces_of(const Arc& arc, double tolerance, bool layers) {
   Cuts cuts(arc, tolerance);
-  return cuts.plain() ? cuts.two_pieces() : cuts.all_pieces();
+  return cuts.plain() && !(layers && cuts.layered()) ? cuts.two_pieces() : cuts.all_pieces(layers);
 }
 
 }  // namespace grouser::bekker

@@ -100,7 +100,7 @@ constexpr double kFrontLimits[] = {5, 25, 150, 400, 1500, 6000, 20000};    // K 
 constexpr double kRearLimits[] = {2.5, 2.5, 15, 100, 1e3, 1e4, 1e5, 1e6};  // from 8 points on
 constexpr double kTurnLimits[] = {5.2755, 3.9418, 3.2929, 2.6972, 2.4375, 2.3008, 2.1673, 2.0738};  // 2 cosh(13/n)
 
-constexpr double kDying = 100;  // twice the K slid over the arc, of type B, from which a row goes alone
+constexpr double kDying = 200;  // twice the K slid over the arc, of type B, from which a row goes alone
 constexpr double kEven[] = {2, 4, 6, 8};
 
 /// The class that the turn of the shear direction asks for on theta in lo..hi. Its complex root +-re + i im lies on an

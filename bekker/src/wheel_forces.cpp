@@ -17,7 +17,7 @@ constexpr double kLocked =
 WheelForces integrate(const Arc& arc, const ContactRange& range, int points) {
   WheelForces out;
   out.range = range;
-  const Pieces pieces = pieces_of(arc, 1e-6);
+  const Pieces pieces = pieces_of(arc, 1e-6, false);
   const GaussRule& rule = gauss_rule(points);
   SlopeSums s;
   for (int i = 0; i < pieces.count; ++i) {

@@ -13,11 +13,11 @@
 
 namespace grouser::bekker::test_rows {
 
-using Real = long double;
-
-class WrittenOut {
+/// Real is double where a million rows are to be done, long double where the last digits count.
+template <class Real>
+class WrittenOutIn {
  public:
-  explicit WrittenOut(const ForceCase& c)
+  explicit WrittenOutIn(const ForceCase& c)
       : c_(c), rs_(Real(c.wheel.radius) + c.wheel.lug_height), f_(c.arc.theta_f), m_(c.arc.theta_m), r_(c.arc.theta_r) {
     const Real hf = rs_ * (1 - std::cos(f_)), hg = c.wheel.lug_height;
     fca_ = hf > hg ? std::acos((rs_ - hf) / Real(c.wheel.radius)) : 0;
@@ -87,37 +87,28 @@ class WrittenOut {
   }
 
   /// Ends of the smooth pieces: sign changes of everything whose sign matters, from 100 samples a part and bisection.
+  /// Between the turns of the sliding, where j_t is greatest or least, and the bottom everything is monotone: j_t has at
+  /// most one zero a part, however close the turn is to the entry, where j_t is zero too.
   std::vector<Real> ends() const {
     const Real zu = c_.unloading_sinkage;
     const Real slope = Real(c_.soil.ko) + c_.soil.Au * zu;
     const Real z0 = zu > 0 ? zu - c_.soil.modulus * std::pow(zu, Real(c_.soil.n)) / slope : 0;
-    const std::vector<std::function<Real(Real)>> signs{[&](Real t) { return jt(t); },
-                                                       [&](Real t) { return vt(t); },
-                                                       [&](Real t) { return tip_depth(t) - zu; },
-                                                       [&](Real t) { return tip_depth(t) - z0; },
-                                                       [&](Real t) { return concave_depth(t) - zu; },
-                                                       [&](Real t) { return concave_depth(t) - z0; }};
     std::vector<Real> out{r_, m_, f_};
     if (r_ < 0) out.push_back(0);  // the sliding velocity is least at the bottom
     if (c_.wheel.lug_height > 0 && fca_ > m_) out.push_back(fca_);
     std::vector<Real> marks{r_, m_, f_};
     if (r_ < 0) marks.push_back(0);  // signs change in pairs about the bottom
-    std::sort(marks.begin(), marks.end());
-    const int samples = 100;
-    for (const auto& g : signs)
-      for (std::size_t part = 0; part + 1 < marks.size(); ++part) {
-        const Real lo = marks[part], hi = marks[part + 1];
-        for (int i = 0; i < samples && hi > lo; ++i) {
-          Real a = lo + (hi - lo) * i / samples, b = lo + (hi - lo) * (i + 1) / samples;
-          Real fa = g(a), fb = g(b);
-          if (!(fa * fb < 0)) continue;
-          for (int k = 0; k < 64; ++k) {
-            const Real h = (a + b) / 2, fh = g(h);
-            ((fh < 0) == (fa < 0) ? a : b) = h;
-          }
-          out.push_back((a + b) / 2);
-        }
-      }
+    const std::vector<Real> turns = zeros([&](Real t) { return vt(t); }, marks);
+    marks.insert(marks.end(), turns.begin(), turns.end());
+    out.insert(out.end(), turns.begin(), turns.end());
+    const std::vector<std::function<Real(Real)>> signs{
+        [&](Real t) { return jt(t); }, [&](Real t) { return tip_depth(t) - zu; },
+        [&](Real t) { return tip_depth(t) - z0; }, [&](Real t) { return concave_depth(t) - zu; },
+        [&](Real t) { return concave_depth(t) - z0; }};
+    for (const auto& g : signs) {
+      const std::vector<Real> at = zeros(g, marks);
+      out.insert(out.end(), at.begin(), at.end());
+    }
     std::sort(out.begin(), out.end());
     return out;
   }
@@ -127,7 +118,7 @@ class WrittenOut {
     const std::vector<Real> e = ends();
     std::array<Real, 6> total{};
     for (std::size_t i = 0; i + 1 < e.size(); ++i)
-      if (e[i + 1] - e[i] > 1e-15L) {
+      if (e[i + 1] - e[i] > Real(1e-15)) {
         const auto part = tanh_sinh(e[i], e[i + 1]);
         for (int k = 0; k < 6; ++k) total[k] += part[k];
       }
@@ -137,10 +128,31 @@ class WrittenOut {
   }
 
  private:
-  /// Trapezoidal rule in t after theta = middle + half tanh(pi/2 sinh t), halved until two results agree to 1e-8: the
-  /// finer one then is good to far better than 1e-11, for the error squares with each halving.
+  static std::vector<Real> zeros(const std::function<Real(Real)>& g, std::vector<Real> marks) {
+    std::sort(marks.begin(), marks.end());
+    std::vector<Real> out;
+    const int samples = 100;
+    for (std::size_t part = 0; part + 1 < marks.size(); ++part) {
+      const Real lo = marks[part], hi = marks[part + 1];
+      for (int i = 0; i < samples && hi > lo; ++i) {
+        Real a = lo + (hi - lo) * i / samples, b = lo + (hi - lo) * (i + 1) / samples;
+        const Real fa = g(a);
+        if (!(fa * g(b) < 0)) continue;
+        for (int k = 0; k < 64; ++k) {
+          const Real h = (a + b) / 2;
+          ((g(h) < 0) == (fa < 0) ? a : b) = h;
+        }
+        out.push_back((a + b) / 2);
+      }
+    }
+    return out;
+  }
+
+  /// Trapezoidal rule in t after theta = middle + half tanh(pi/2 sinh t), halved until two results agree to 1e-12
+  /// of the piece, at least to steps of 0.05: where shear builds up within 1e-8 of the arc, coarser steps in t can miss
+  /// the layer and agree.
   std::array<Real, 6> tanh_sinh(Real a, Real b) const {
-    const Real half = (b - a) / 2, reach = 3.4L, quarter = std::acos(Real(-1)) / 2;
+    const Real half = (b - a) / 2, reach = Real(3.4), quarter = std::acos(Real(-1)) / 2;
     const auto at = [&](Real t, std::array<Real, 6>& sum) {
       const Real s = quarter * std::sinh(t), c = std::cosh(s), w = quarter * std::cosh(t) / (c * c);
       const Real inset = half * std::exp(-std::abs(s)) / c;  // distance to the nearer end
@@ -153,14 +165,14 @@ class WrittenOut {
     for (int level = 0; level < 9; ++level) {
       for (int k = 0; k < 6; ++k) last[k] = sum[k] * step * half;
       const int n = 8 << level;
-      for (int i = -n; i < n; ++i) at((i + 0.5L) * step, sum);
+      for (int i = -n; i < n; ++i) at((i + Real(0.5)) * step, sum);
       step /= 2;
       Real size[2] = {0, 0}, gap[2] = {0, 0};
       for (int k = 0; k < 6; ++k) {
         size[k / 3] += std::abs(sum[k] * step * half);
         gap[k / 3] += std::abs(sum[k] * step * half - last[k]);
       }
-      if (level > 0 && gap[0] <= 1e-8L * size[0] && gap[1] <= 1e-8L * size[1]) break;
+      if (level > 2 && gap[0] <= Real(1e-12) * size[0] && gap[1] <= Real(1e-12) * size[1]) break;
     }
     for (int k = 0; k < 6; ++k) sum[k] *= step * half;
     return sum;
@@ -170,6 +182,7 @@ class WrittenOut {
   Real rs_, f_, m_, r_, fca_ = 0, kappa_ = 1;
   bool locked_ = false;
 };
+using WrittenOut = WrittenOutIn<long double>;
 
 /// Every feature of the law, with its awkward corners.
 inline ForceCase any_row(std::mt19937_64& rng) {
@@ -205,6 +218,38 @@ inline ForceCase any_row(std::mt19937_64& rng) {
     c.wheel.lug_ratio = chance(0.1) ? 0 : chance(0.1) ? 1 : u(0.02, 0.9);
   }
   if (chance(0.4)) {
+    const double deepest = c.wheel.outer_radius() * (std::cos(c.arc.theta_m) - std::cos(c.arc.theta_f));
+    c.unloading_sinkage = deepest * u(0.05, 1.5);
+    const double mean = c.soil.modulus * std::pow(c.unloading_sinkage, c.soil.n - 1);
+    c.soil.ko = chance(0.5) ? 0 : mean * u(0, 2);
+    c.soil.Au = mean * decade(0.3, 30) / c.unloading_sinkage;
+  }
+  return c;
+}
+
+/// The same over wider ranges, spread evenly over what decides how hard a row is: r/K 1 to 1000, entry 1 to 85 degrees,
+/// slip within 1e-6 of -1, 0 and 1.
+inline ForceCase wide_row(std::mt19937_64& rng) {
+  ForceCase c = any_row(rng);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  const auto u = [&](double lo, double hi) { return lo + (hi - lo) * uniform(rng); };
+  const auto chance = [&](double p) { return uniform(rng) < p; };
+  const auto decade = [&](double lo, double hi) { return std::pow(10.0, u(std::log10(lo), std::log10(hi))); };
+  const double degree = std::acos(-1.0) / 180, before = c.arc.theta_f;
+  c.soil.n = u(0.3, 2);
+  c.soil.shear.K = c.soil.shear.Kw = c.wheel.outer_radius() / decade(1, 1000);
+  c.arc.theta_f = chance(0.2) ? decade(1, 85) * degree : u(1, 85) * degree;
+  c.arc.theta_m *= c.arc.theta_f / before;
+  c.arc.theta_r *= c.arc.theta_f / before;
+  const double kind = uniform(rng);
+  c.slip = kind < 0.03   ? -1
+           : kind < 0.06 ? 1
+           : kind < 0.09 ? 0
+           : kind < 0.15 ? -1 + decade(1e-6, 1e-1)
+           : kind < 0.2  ? 1 - decade(1e-6, 1e-1)
+           : kind < 0.3  ? (chance(0.5) ? 1 : -1) * decade(1e-6, 1e-1)
+                         : u(-1, 1);
+  if (c.unloading_sinkage > 0) {
     const double deepest = c.wheel.outer_radius() * (std::cos(c.arc.theta_m) - std::cos(c.arc.theta_f));
     c.unloading_sinkage = deepest * u(0.05, 1.5);
     const double mean = c.soil.modulus * std::pow(c.unloading_sinkage, c.soil.n - 1);

@@ -32,7 +32,7 @@ struct WheelWrench {
 enum class ForceStatus {
   ok,
   bad_argument,        ///< a value is not finite or outside its range
-  tolerance_not_met,   ///< the finest rule still changes by more than the tolerance; the finest result is returned
+  tolerance_not_met,   ///< the finest rule still changes by, or rounding leaves, more than it; the finest result
   no_pressure,         ///< theta_m >= theta_f: the pressure law carries nothing
   too_soft,            ///< the load is not reached with the wheel sunk to its hub (theta_f = pi/2)
   torque_not_reached,  ///< free slip: no slip in -1..1 asks for this torque
