@@ -72,6 +72,7 @@ class Run {
   void traverse(State& s) {
     totals_.traverse(s);
     extent_.traverse(s);
+    s.field("speed_at_start", speed_at_start_);
     {
       auto g = s.group("driver");
       driver_->traverse(s);
@@ -105,7 +106,8 @@ class Run {
     }
     Recorder& r = record_->recorder();
     r.set_attribute("settled_for_s", static_cast<double>(i) * scenario_.time_step);
-    r.set_attribute("speed_at_start_m_s", fastest_body());
+    speed_at_start_ = fastest_body();
+    r.set_attribute("speed_at_start_m_s", speed_at_start_);
     world_->reset_energy();
     totals_.soil_0 = world_->terrain().energy();
     frame(1.0);
@@ -117,8 +119,22 @@ class Run {
   }
 
   /// Written when one comes up and again at the end, so that a killed run has it too.
+  std::vector<std::string> warnings() const {
+    std::vector<std::string> all = extent_.warnings(scenario_.vehicle);
+    if (speed_at_start_ >= rest_speed) {
+      char text[200];
+      std::snprintf(text, sizeof text,
+                    "the vehicle was not at rest when the run began: after %.3g s of standing still a body moved at "
+                    "%.2g m/s; set start.settle "
+                    "or another start",
+                    scenario_.settle.value_or(settle_limit), speed_at_start_);
+      all.emplace_back(text);
+    }
+    return all;
+  }
+
   void write_warnings() {
-    const auto warnings = extent_.warnings(scenario_.vehicle);
+    const auto warnings = this->warnings();
     if (!warnings.empty()) record_->recorder().set_attribute("warnings", nlohmann::json(warnings).dump());
   }
 
@@ -265,7 +281,7 @@ class Run {
     c.frames = record_->recorder().frames();
     c.state = state;
     write_checkpoint(folder_ / "checkpoint.h5", c);
-    r.warnings = extent_.warnings(scenario_.vehicle);
+    r.warnings = warnings();
     write_warnings();
     Recorder& rec = record_->recorder();
     rec.set_attribute("end_state_hash", r.end_state_hash);
@@ -308,6 +324,7 @@ class Run {
   Command command_;
   RunTotals totals_;
   ExtentWatch extent_;
+  double speed_at_start_ = 0;  // [m/s] fastest body
   double last_checkpoint_ = -1;
   double terrain_s_ = 0, output_s_ = 0;
 };

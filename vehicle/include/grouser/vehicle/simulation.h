@@ -49,7 +49,8 @@ struct RunSummary {
   std::string energy_yardstick;      ///< what it is: "positive motor work" or "height energy given up"
   double joint_drift_m = 0;          ///< [m] largest of the run
   double total_mass = 0;             ///< [kg]
-  std::vector<std::string> warnings; ///< what the results must be read with: a wheel left the ground's data
+  std::vector<std::string>
+      warnings;  ///< what the results must be read with: a wheel left the ground's data, no rest at the start
 };
 
 /// @throws ConfigError (input), ResultsError (folder cannot be written), SimulationError.
