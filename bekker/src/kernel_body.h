@@ -37,12 +37,7 @@ GROUSER_INLINE void add_points(const Arc& a, const Piece& piece, const MappedRul
     const Lanes s = piece.start + piece.length * load(rule.x + i), w = load(rule.w + i);
     const StressPoint<Lanes> p = stress_of<false>(a, place_on<kFront>(a, s), kFront);
     const Lanes sigma = w * p.sigma, t = w * p.tau_t, l = w * p.tau_l, null = load(rule.null + i);
-    sum[0] += t * p.cos - sigma * p.sin;
-    sum[1] -= l;
-    sum[2] += sigma * p.cos + t * p.sin;
-    sum[3] -= l * p.cos;
-    sum[4] -= t;
-    sum[5] -= l * p.sin;
+    add_wrench(p, sigma, t, l, sum);
     sum[6] += null * sigma;
     sum[7] += null * t;
     null_l += null * l;

@@ -55,12 +55,7 @@ GROUSER_INLINE void add_row_points(const RowArc& a, const RowRule& rule, Lanes (
     const Place<Lanes> place = kFront ? Place<Lanes>{s, s, s} : Place<Lanes>{arc - s, s * stretch, s};
     const StressPoint<Lanes> p = stress_of<false>(a, place, kFront);
     const Lanes sigma = w * p.sigma, t = w * p.tau_t, l = w * p.tau_l;
-    sum[0] += t * p.cos - sigma * p.sin;
-    sum[1] -= l;
-    sum[2] += sigma * p.cos + t * p.sin;
-    sum[3] -= l * p.cos;
-    sum[4] -= t;
-    sum[5] -= l * p.sin;
+    add_wrench(p, sigma, t, l, sum);
     null[0] += rule.null[i] * sigma;
     null[1] += rule.null[i] * t;
     null[2] += rule.null[i] * l;

@@ -111,7 +111,7 @@ void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const Stea
   Mat6 dx = -stiffness * patch.g * patch.g.transpose();
   Mat6 dv = Mat6::Zero();
   if (chi > 0 && factor > 0) dv -= chi * (b.pressure_z / factor) * patch.g * patch.g.transpose();
-  // Tangential: dW/de . de/du . du/d(slide): a spring in what the step adds to u, a damper in what rolling takes off again and in tau.
+  // Tangential: dW/de . de/df . df/d(slide): a spring in what the step adds to u, a damper in what rolling takes off again and in tau.
   const Vec2 uh = felt.norm() > 0 ? Vec2(felt / felt.norm()) : Vec2(Vec2::Zero());
   const Eigen::Matrix2d de_du = (Eigen::Matrix2d::Identity() + uh * uh.transpose() * (q / free)) / (sigma * free);
   const Eigen::Matrix<double, 6, 2> W_u = b.by_e * de_du * stick.dfelt_dv;

@@ -145,6 +145,17 @@ GROUSER_INLINE StressPoint<V> stress_of(const A& a, const Place<V>& p, bool shar
   return o;
 }
 
+/// Weighted stresses of one point onto the sums of eq 2.11: Fx, Fy, Fz, Mx, My, Mz without r b and r^2 b.
+template <class V>
+GROUSER_INLINE void add_wrench(const StressPoint<V>& p, V sigma, V t, V l, V* sum) {
+  sum[0] += t * p.cos - sigma * p.sin;
+  sum[1] -= l;
+  sum[2] += sigma * p.cos + t * p.sin;
+  sum[3] -= l * p.cos;
+  sum[4] -= t;
+  sum[5] -= l * p.sin;
+}
+
 /// Place of theta, anywhere in theta_r..theta_f.
 template <class V>
 GROUSER_INLINE Place<V> place_of(const Arc& a, V theta) {

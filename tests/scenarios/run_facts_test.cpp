@@ -55,6 +55,17 @@ TEST(Extent, AWheelBesideTheMeasuredLinesIsWarnedOf) {
   }
 }
 
+TEST(Settling, ARunThatDoesNotBeginAtRestSaysSoAndOneThatDoesIsSilent) {
+  const Folder f;
+  const std::string text = read(parked(f.path(), "skid_robot.yaml", "90 deg"));
+  const fs::path hasty = f.write("hasty.yaml", replaced(text, "yaw: 90 deg", "yaw: 90 deg, settle: 20 ms"));
+  const RunSummary moving = run(hasty, f.path() / "moving", "bekker.steady", 0.5);
+  ASSERT_EQ(moving.warnings.size(), 1u);
+  EXPECT_NE(moving.warnings[0].find("not at rest"), std::string::npos) << moving.warnings[0];
+  EXPECT_NE(RunFile(f.path() / "moving/run.h5").attribute("warnings").find("not at rest"), std::string::npos);
+  EXPECT_TRUE(run(f.path() / "parked.yaml", f.path() / "resting", "bekker.steady", 0.5).warnings.empty());
+}
+
 TEST(Energy, TheYardstickIsThePositiveMotorWork) {
   const Folder f;
   // A frame per step: the recorded work of the motors says when they drove and when they braked.
