@@ -4,12 +4,12 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
-#include <fstream>
 #include <map>
 
 #include "grouser/terrain/parallel.h"
 #include "grouser/terrain/recorder.h"
 #include "progress.h"
+#include "whole_file.h"
 
 namespace grouser::app {
 
@@ -60,24 +60,21 @@ void report_statuses(const CaseFile& cases, const std::vector<BatchBlock>& block
 
 void write_rows(const fs::path& file, const CaseFile& cases, const std::string& header,
                 const std::vector<BatchBlock>& blocks) {
-  const fs::path part = file.string() + ".part";
-  std::ofstream out(part, std::ios::binary);
-  out << cases.header() << ',' << header << '\n';
+  WholeFile out(file);
+  out.write(cases.header());
+  out.write("," + header + "\n");
   for (const BatchBlock& b : blocks) {
     std::size_t from = 0;
     for (std::size_t i = b.begin; i < b.end; ++i) {
       const std::size_t to = b.ends[i - b.begin];
-      out << cases.text(i) << ',' << std::string_view(b.out).substr(from, to - from) << '\n';
+      out.write(cases.text(i));
+      out.write(",");
+      out.write(std::string_view(b.out).substr(from, to - from));
+      out.write("\n");
       from = to;
     }
   }
-  out.close();
-  std::error_code failed;
-  if (out) fs::rename(part, file, failed);
-  if (!out || failed) {
-    fs::remove(part, failed);
-    throw ResultsError(file.string() + ": cannot be written; check that the folder exists and has space");
-  }
+  out.done();
 }
 
 }  // namespace
@@ -114,8 +111,6 @@ void run_batch(const BatchArguments& a, const CaseFile& cases, const std::string
   // All cells are checked before the first row is computed.
   all_blocks(true);
   check();
-  for (const std::string& s : cases.suspects())
-    fmt::print(stderr, "{}:{}: column {} It is passed through.\n", cases.file().string(), cases.header_line(), s);
   all_blocks(false);
   check();
   report_statuses(cases, blocks);

@@ -63,6 +63,8 @@ std::string allowed(const Range& r) {
 }
 
 const std::filesystem::path& existing(const std::filesystem::path& file) {
+  if (std::filesystem::is_directory(file))
+    throw ConfigError(file.string(), 0, 0, "this is a folder; a CSV file is wanted");
   if (!std::filesystem::is_regular_file(file)) throw ConfigError(file.string(), 0, 0, "no such file; check the path");
   return file;
 }
@@ -129,9 +131,13 @@ CaseFile::CaseFile(const std::filesystem::path& file, std::vector<CaseColumn> re
                            near ? "; did you mean it by '" + *near + "'?"
                                 : "; this command needs " + fmt::format("{}", fmt::join(wanted, ","))));
   }
-  for (const std::string& o : others)
-    if (const auto near = did_you_mean(o, absent_names); near && o.size() > 3)
-      suspects_.push_back(fmt::format("'{}'; did you mean '{}'?", o, *near));
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const bool other = std::find(place_.begin(), place_.end(), static_cast<int>(i)) == place_.end();
+    if (const auto near = other && names[i].size() > 3 ? did_you_mean(names[i], absent_names) : std::nullopt)
+      errors.add(line, head[i].column,
+                 fmt::format("unknown column '{}'; did you mean '{}'? A column of your own needs a name less like it",
+                             names[i], *near));
+  }
   errors.check();
   if (size() == 0) errors.fail(line, 1, "there are no rows below the header");
 }
@@ -197,8 +203,12 @@ std::size_t CaseFile::Row::choice_or(CaseColumn c, const std::vector<std::string
 namespace {
 
 bekker::WheelSize wheel_of(CaseFile::Row& row) {
-  return {row.number(C::radius_m), row.number(C::width_m), row.number_or(C::lug_height_m, 0),
-          row.number_or(C::lug_ratio, 0)};
+  const bekker::WheelSize w{row.number(C::radius_m), row.number(C::width_m), row.number_or(C::lug_height_m, 0),
+                            row.number_or(C::lug_ratio, 0)};
+  if (w.lug_height > 0 && row.complete() && !(w.lug_ratio > 0))
+    row.error(row.has(C::lug_ratio) ? C::lug_ratio : C::lug_height_m,
+              "a wheel with lugs needs lug_ratio, the share of their tips in the surface: more than 0 and at most 1");
+  return w;
 }
 
 bekker::SoilLaw soil_of(CaseFile::Row& row, double width) {
@@ -244,6 +254,12 @@ bekker::ForceCase force_case(CaseFile::Row& row) {
   c.arc = {row.number(C::theta_f_rad), row.number(C::theta_m_rad), row.number(C::theta_r_rad)};
   if (c.arc.theta_f > 0 && c.arc.theta_m >= c.arc.theta_f)
     row.error(C::theta_m_rad, "must be less than theta_f_rad: the front branch would carry nothing");
+  if (row.complete() && c.arc.theta_m <= -c.arc.theta_f)
+    row.error(C::theta_m_rad, "must be more than -theta_f_rad: the wheel is out of the soil there");
+  if (row.complete() && c.arc.theta_f - c.arc.theta_r > pi)
+    row.error(C::theta_r_rad,
+              fmt::format("theta_f_rad - theta_r_rad = {:.6g} is more than half a turn; at most pi is allowed",
+                          c.arc.theta_f - c.arc.theta_r));
   if (row.complete() && c.arc.theta_r > c.arc.theta_m) row.error(C::theta_r_rad, "must be at most theta_m_rad");
   c.slip = row.number(C::slip);
   c.slip_angle = row.number(C::beta_rad);
@@ -258,6 +274,9 @@ bekker::LoadCase load_case(CaseFile::Row& row, bool free_slip) {
   c.soil.angles = {row.number(C::a0), row.number(C::a1), row.number(C::b0), row.number(C::b1)};
   c.load = row.number(C::load_N);
   if (!free_slip) c.slip = row.number(C::slip);
+  const double rear = c.soil.angles.b0 + c.soil.angles.b1 * std::abs(c.slip);  // free slip: at slip 0
+  if (row.complete() && rear > 1)
+    row.error(C::b1, fmt::format("b0 + b1 |slip| = {:.6g} puts theta_r beyond -theta_f; at most 1 is allowed", rear));
   c.slip_angle = row.number(C::beta_rad);
   c.unloading_sinkage = unloading_sinkage(row, c.soil);
   return c;

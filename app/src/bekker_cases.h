@@ -58,9 +58,6 @@ class CaseFile {
   /// The row as it stands in the file.
   std::string_view text(std::size_t row) const { return csv_.rows()[row + 1].text; }
   const std::filesystem::path& file() const { return csv_.file(); }
-  /// Columns passed through whose names come near to an optional column: "'lug_hight_m'; did you mean 'lug_height_m'?"
-  const std::vector<std::string>& suspects() const { return suspects_; }
-
   /// The cells of one row.
   class Row {
    public:
@@ -88,7 +85,6 @@ class CaseFile {
   CsvFile csv_;
   std::size_t columns_ = 0;
   std::vector<int> place_;  ///< of each CaseColumn in a row; -1 = not in the file
-  std::vector<std::string> suspects_;
 };
 
 std::string name_of(CaseColumn c);

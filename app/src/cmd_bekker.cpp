@@ -23,6 +23,15 @@ struct Arguments {
   bool free_slip = false;
 };
 
+// CLI::Range would print its limits with six decimals.
+const CLI::Validator tolerance_range(
+    [](const std::string& text) {
+      const auto value = parse_number(text);
+      const bool fits = value && *value >= 1e-13 && *value <= 1e-2;
+      return fits ? std::string() : "'" + text + "' is not a number in the range 1e-13 to 0.01";
+    },
+    "1e-13..0.01");
+
 constexpr const char* force_header = "Fx,Fy,Fz,Mx,My,Mz,status";
 
 void run_forces(const Arguments& a) {
@@ -75,7 +84,7 @@ void add_options(CLI::App* cmd, const std::shared_ptr<Arguments>& a, double tole
       ->check(CLI::IsMember({"nonlinear", "quadratic", "linear"}))
       ->capture_default_str();
   cmd->add_option("--tol", a->tolerance, "tolerance of the quadrature relative to the force")
-      ->check(CLI::Range(1e-13, 1e-2))
+      ->check(tolerance_range)
       ->capture_default_str();
   add_batch_options(cmd, a->batch);
 }

@@ -7,6 +7,7 @@
 
 #include "bekker_batch.h"
 #include "grouser/bekker/table.h"
+#include "grouser/terrain/file_target.h"
 #include "grouser/terrain/recorder.h"
 #include "progress.h"
 
@@ -31,6 +32,8 @@ void print_table(const bekker::WheelTable& t) {
 
 void build(const fs::path& spec_file, const fs::path& out, int threads, bool quiet) {
   const bekker::TableSpec spec = bekker::load_table_spec(spec_file);
+  if (file_target(out).stream)  // said before the work, not after it
+    throw ResultsError(out.string() + ": is a device or a pipe; HDF5 needs a file of its own");
   const auto start = std::chrono::steady_clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   std::unique_ptr<ProgressLine> line = std::make_unique<ProgressLine>(quiet);

@@ -10,6 +10,11 @@
 #ifdef GROUSER_BEKKER
 #include "grouser/bekker/table.h"
 #endif
+#ifdef GROUSER_DEM
+#include "dem_bed.h"
+#include "dem_case.h"
+#include "soil_case.h"
+#endif
 #ifdef GROUSER_DIAGNOSIS
 #include "grouser/diagnosis/fit_file.h"
 #endif
@@ -33,6 +38,14 @@ void check_vehicle(const fs::path& file) {
   log.check();
 }
 
+std::string check_urdf(const fs::path& file) {
+  vehicle::InputLog log;
+  const vehicle::VehicleSpec v = vehicle::load_urdf_alone(file, log);
+  log.check();
+  return fmt::format("URDF of {} bodies and {} joints (wheels and motors: check the scenario that names it)",
+                     v.links.size(), v.joints.size());
+}
+
 std::string check_yaml(const fs::path& file) {
   const ConfigDocument doc = ConfigDocument::from_file(file);
   doc.check();
@@ -43,6 +56,12 @@ std::string check_yaml(const fs::path& file) {
   if (key == "rig") return vehicle::check_rig(file, all_models()), "rig";
 #ifdef GROUSER_DIAGNOSIS
   if (key == "fit") return diagnosis::run_fit(file), "fit";
+#endif
+#ifdef GROUSER_DEM
+  if (key == "soil_test") return check_soil_file(file), "soil test on grains";
+  if (key == "campaign") return read_campaign(file), "campaign of soil tests";
+  if (key == "dem") return read_dem_case(file), "discrete-element case";
+  if (key == "bed") return read_dem_bed(file), "bed of grains";
 #endif
 #ifdef GROUSER_BEKKER
   if (key == "table") return bekker::load_table_spec(file), "table";
@@ -69,6 +88,7 @@ std::string check_hdf5(const fs::path& file) {
     return fmt::format("checkpoint at {:.3f} s, state {}", c.time, c.state.hash_text());
   }
   const RunFile r(file);
+  if (r.attributes().kind == "bed") return fmt::format("bed of grains '{}'", r.attributes().title);
   if (r.attributes().kind == "table") return fmt::format("lookup table '{}'", r.attributes().title);
   return fmt::format("{} '{}' on {}, {} frames, {}", r.attributes().kind, r.attributes().title, r.attributes().terrain,
                      r.frames(), r.attribute("status"));
@@ -82,10 +102,12 @@ std::string check_one(const fs::path& file) {
     throw ConfigError(
         file.string(), 0, 0,
         "a table alone says nothing of its use; check the ground, rig, fit or figures file that names it");
-  if (ext == ".urdf")
-    throw ConfigError(
-        file.string(), 0, 0,
-        "a URDF says nothing of wheels and motors; check the scenario that names this file and its wheels");
+  if (ext == ".obj" || ext == ".stl")
+    throw ConfigError(file.string(), 0, 0, "a mesh alone says nothing of its use; check the wheel file that names it");
+  if (ext == ".asc" || ext == ".png")
+    throw ConfigError(file.string(), 0, 0,
+                      "a height map alone says nothing of its use; check the ground file that names it");
+  if (ext == ".urdf") return check_urdf(file);
   return check_yaml(file);
 }
 
@@ -100,7 +122,7 @@ int check(const std::vector<fs::path>& files) {
       fmt::print(stderr, "{}\n", e.what());
       code = 2;
     } catch (const ResultsError& e) {
-      fmt::print(stderr, "{}\n", e.what());
+      fmt::print(stderr, "{}\n", printable(e.what()));
       code = 2;
     }
   }

@@ -52,6 +52,7 @@ int rig(const RigArguments& a) {
   const vehicle::RigSummary s = vehicle::run_rig(a.rig, all_models(), o);
   print_rows(s);
   print_errors(s);
+  for (const std::string& n : s.notices) fmt::print("note: {}\n", n);
   if (a.no_report) {
     fmt::print("results: {}\n", s.folder.string());
     return 0;

@@ -31,6 +31,7 @@ void print_summary(const vehicle::RunSummary& s) {
   const std::string parked = s.energy_yardstick_J < nothing_done ? ", next to nothing: the vehicle stood" : "";
   fmt::print("energy closes within {:.3f} % of the {} ({:.4g} J{}); joint drift {:.4f} mm\n",
              100 * s.energy_residual_ratio, s.energy_yardstick, s.energy_yardstick_J, parked, 1000 * s.joint_drift_m);
+  for (const std::string& n : s.notices) fmt::print("note: {}\n", n);
   for (const std::string& w : s.warnings) fmt::print("warning: {}\n", w);
   fmt::print("end state {}\n", s.end_state_hash);
 }
@@ -74,7 +75,7 @@ int run(const RunArguments& a) {
   o.out = folder;
   o.threads = a.threads;
   o.terrain = a.terrain;
-  if (a.duration) o.duration = option_quantity("--duration", *a.duration, "s", Range::positive());
+  if (a.duration) o.duration = option_quantity("--duration", *a.duration, "s", {0, 1e6, true, false});
   vehicle::check_scenario(a.scenario, all_models());
   check_folder(folder, a.overwrite);
   ProgressLine line(a.quiet);

@@ -12,6 +12,10 @@ constexpr std::array kinds{FileKind{"scenario", "a scenario", "grouser run"},
                            FileKind{"rig", "a rig file", "grouser rig"},
                            FileKind{"fit", "a fit file", "grouser fit"},
                            FileKind{"items", "a file of figures", "grouser plot"},
+                           FileKind{"soil_test", "a soil test on grains", "grouser soil"},
+                           FileKind{"dem", "a discrete-element case", "grouser dem run"},
+                           FileKind{"bed", "a bed of grains", "grouser dem bed"},
+                           FileKind{"campaign", "a campaign of soil tests", "grouser soil campaign"},
                            FileKind{"table", "a table file", "grouser bekker table build"},
                            FileKind{"vehicle", "a vehicle", nullptr},
                            FileKind{"wheel", "a wheel", nullptr},
@@ -21,28 +25,37 @@ constexpr std::array kinds{FileKind{"scenario", "a scenario", "grouser run"},
                            FileKind{"shape", "a ground", nullptr}};
 
 /// A scenario, rig or fit file that only lacks its title is still that: its own reader says so.
-bool lacks_only_its_title(const ConfigNode& root) {
-  return std::any_of(kinds.begin(), kinds.end(), [&](const FileKind& k) { return k.command && root.has(k.key); })
-             ? false
-             : root.has("driver") || root.has("slips") || root.has("slip_definition") || root.has("direct_shear") ||
-                   root.has("pressure_sinkage");
+std::optional<FileKind> kind_without_title(const ConfigNode& root) {
+  const auto any = [&](std::initializer_list<const char*> keys) {
+    return std::any_of(keys.begin(), keys.end(), [&](const char* k) { return root.has(k); });
+  };
+  if (any({"driver"})) return kinds[0];
+  if (any({"slips", "slip_definition", "angular_speed", "travel_speed", "touch_down"})) return kinds[1];
+  if (any({"direct_shear", "pressure_sinkage"})) return kinds[2];
+  return std::nullopt;
 }
 
 }  // namespace
 
 std::optional<FileKind> kind_of(const ConfigNode& root) {
-  for (const FileKind& k : kinds)
-    if (root.has(k.key)) return k;
-  return std::nullopt;
+  const auto with = [&](bool command) -> std::optional<FileKind> {
+    for (const FileKind& k : kinds)
+      if ((k.command != nullptr) == command && root.has(k.key)) return k;
+    return std::nullopt;
+  };
+  if (const auto k = with(true)) return k;
+  if (const auto k = kind_without_title(root)) return k;
+  return with(false);
 }
 
 void expect_kind(const std::filesystem::path& file, const std::string& key) {
   const ConfigDocument doc = ConfigDocument::from_file(file);
   doc.check();
   const ConfigNode root = doc.root();
-  if (root.has(key) || lacks_only_its_title(root)) return;
+  if (root.has(key)) return;
   const auto wanted = std::find_if(kinds.begin(), kinds.end(), [&](const FileKind& k) { return k.key == key; });
   const auto found = kind_of(root);
+  if (found && !root.has(found->key) && found->key == key) return;  // lacks its title: its own reader says so
   const std::string not_wanted = std::string(", not ") + wanted->name;
   if (!found) {
     if (root.is_map()) return;
@@ -50,9 +63,8 @@ void expect_kind(const std::filesystem::path& file, const std::string& key) {
         file.string(), std::max(1, root.line()), std::max(1, root.column()),
         std::string("this is not ") + wanted->name + ", which has lines 'key: value' and begins with '" + key + ":'");
   }
-  const ConfigNode at = root.node(found->key);
   throw ConfigError(
-      file.string(), at.line(), 1,
+      file.string(), root.has(found->key) ? root.node(found->key).line() : std::max(1, root.line()), 1,
       std::string("this is ") + found->name + not_wanted +
           (found->command ? std::string("; use '") + found->command + " " + file.string() + "'"
                           : std::string("; name it in ") + wanted->name + ", which begins with '" + key + ":'"));

@@ -17,6 +17,15 @@ namespace {
 
 using namespace grouser::app;
 
+/// A message as it can be shown: what names of files and arguments bring along must not reach the terminal.
+void say(std::string_view message) {
+  while (!message.empty()) {
+    const std::size_t end = std::min(message.find('\n'), message.size());
+    fmt::print(stderr, "{}\n", grouser::printable(message.substr(0, end)));
+    message.remove_prefix(std::min(end + 1, message.size()));
+  }
+}
+
 /// What is wrong with the arguments, and how the command is called.
 std::string usage_error(const CLI::App& root, const CLI::Error& e) {
   const CLI::App* app = &root;
@@ -49,7 +58,7 @@ std::string usage_error(const CLI::App& root, const CLI::Error& e) {
     what = fmt::format("a command is wanted: {}", fmt::join(commands, ", "));
   else if (missing)
     what = "argument missing: " + what;
-  return fmt::format("{}: {}\n'{} --help' shows how it is called\n", name, what, name);
+  return fmt::format("{}: {}\n'{} --help' shows how it is called\n", name, grouser::printable(what), name);
 }
 
 int parse_and_run(int argc, char** argv) {
@@ -134,13 +143,27 @@ int parse_and_run(int argc, char** argv) {
 #ifdef GROUSER_BEKKER
   add_bekker_command(cli, code);
 #endif
+#ifdef GROUSER_DEM
+  add_soil_command(cli, code);
+  add_dem_command(cli, code);
+#endif
 
   std::vector<std::string> commands;
   for (const CLI::App* c : cli.get_subcommands({})) commands.push_back(c->get_name());
   if (argc > 1 && argv[1][0] != '-' && std::find(commands.begin(), commands.end(), argv[1]) == commands.end()) {
     const auto near = grouser::did_you_mean(argv[1], commands);
-    fmt::print(stderr, "unknown command '{}'{} Known: {}\n", argv[1], near ? "; did you mean '" + *near + "'?" : ".",
-               fmt::join(commands, ", "));
+    say(fmt::format("unknown command '{}'{} Known: {}", argv[1], near ? "; did you mean '" + *near + "'?" : ".",
+                    fmt::join(commands, ", ")));
+    return 2;
+  }
+  // An empty value would pass for one that was not given.
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view word = argv[i];
+    if (!word.empty() && !(word.starts_with("--") && word.ends_with("="))) continue;
+    say(fmt::format("grouser: {} has no value; give one or leave it out",
+                    !word.empty()                                    ? std::string(word.substr(0, word.size() - 1))
+                    : std::string_view(argv[i - 1]).starts_with("-") ? argv[i - 1]
+                                                                     : fmt::format("argument {}", i)));
     return 2;
   }
   cli.failure_message([](const CLI::App* app, const CLI::Error& e) { return usage_error(*app, e); });
@@ -159,19 +182,19 @@ int main(int argc, char** argv) {
   try {
     return parse_and_run(argc, argv);
   } catch (const grouser::ConfigError& e) {
-    fmt::print(stderr, "{}\n", e.what());
+    say(e.what());
     return 2;
   } catch (const grouser::ResultsError& e) {
-    fmt::print(stderr, "{}\n", e.what());
+    say(e.what());
     return 2;
   } catch (const grouser::vehicle::SimulationError& e) {
-    fmt::print(stderr, "{}\n", e.what());
+    say(e.what());
     return 1;
   } catch (const grouser::vehicle::RigError& e) {
-    fmt::print(stderr, "{}\n", e.what());
+    say(e.what());
     return 1;
   } catch (const std::exception& e) {
-    fmt::print(stderr, "grouser: {}\n", e.what());
+    say(std::string("grouser: ") + e.what());
     return 1;
   }
 }

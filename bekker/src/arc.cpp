@@ -58,11 +58,13 @@ Arc::Arc(const WheelSize& wheel, const SoilLaw& soil, const ArcAngles& angles, S
     // h_f > h_g, eq 2.14 with r_s - h_f = r_s cos theta_f.
     const double square = (r * sin_half * sin_half - 0.5 * wheel.lug_height) / r_ca;  // of sin(theta_ca/2)
     theta_ca = square > 0 ? 2 * std::asin(std::sqrt(std::min(square, 1.0))) : 0;
-    concave = theta_ca > theta_m && mu < 1;
+    concave = theta_ca > 0 && theta_ca > theta_m && mu < 1;
     if (concave) {
       sin_ca = std::sin(theta_ca);
       cos_ca = std::cos(theta_ca);
       stretch_ca = stretch_of(theta_ca, theta_m, theta_r);
+    } else if (mu == 0) {
+      cohesion = 0;  // the tread is clear of the soil and the lugs have no tips
     }
   }
   if (type == ShearLaw::Type::C) {
@@ -94,7 +96,7 @@ ForceStatus status_of(const ForceCase& c) {
   const bool reload = c.unloading_sinkage == 0 || (c.unloading_sinkage > 0 && s.ko + s.Au * c.unloading_sinkage > 0);
   const bool angles = a.theta_f >= 0 && a.theta_f - a.theta_r <= pi && a.theta_r <= a.theta_m;
   if (!(sizes && soil && motion && reload && angles)) return ForceStatus::bad_argument;
-  if (a.theta_m >= a.theta_f) return ForceStatus::no_pressure;
+  if (a.theta_m >= a.theta_f || a.theta_m <= -a.theta_f) return ForceStatus::no_pressure;  // z = 0 at theta_m, or less
   return ForceStatus::ok;
 }
 

@@ -31,11 +31,13 @@ void edge(Profile& p, double x, double xa, double za, double xb, double zb) {
 GearShape::GearShape(const RunningGear& gear, Lugs lugs, double least)
     : gear_(gear), lugs_option_(lugs), least_(least), radius_(gear.outer_radius()) {}
 
-void GearShape::resolve(double spacing) {
+bool GearShape::takes_mean(double spacing) const {
   const auto* lugged = std::get_if<LuggedCylinder>(&gear_.shape);
-  mean_ = lugged && (lugs_option_ == Lugs::mean ||
-                     (lugs_option_ == Lugs::automatic && lugged->lug_width < std::max(2 * spacing, least_)));
+  return lugged && (lugs_option_ == Lugs::mean ||
+                    (lugs_option_ == Lugs::automatic && lugged->lug_width < std::max(2 * spacing, least_)));
 }
+
+void GearShape::resolve(double spacing) { mean_ = takes_mean(spacing); }
 
 void GearShape::mean_lugs(Gear& g) const {
   g.tip_share = 1;

@@ -18,6 +18,8 @@ class GearShape {
   /// least: width [m] from which `automatic` takes lugs one by one.
   GearShape(const RunningGear& gear, Lugs lugs, double least);
 
+  /// Lugs as a mean at this spacing of the nodes.
+  bool takes_mean(double spacing) const;
   /// Choose how lugs are carried; before anything below.
   void resolve(double spacing);
   /// A cylinder, smooth or with lugs as a mean: the kernel does it alone.

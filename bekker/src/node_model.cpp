@@ -4,6 +4,7 @@
 
 #include "grouser/bekker/soil_node.h"
 #include "grouser/terrain/loaders.h"
+#include "lugs_as_mean.h"
 #include "node_wheel.h"
 #include "node_wong.h"
 #include "reference_width.h"
@@ -177,6 +178,16 @@ class SoilNode final : public Terrain {
     c.lugs = true;
     return c;
   }
+  std::optional<SimplifiedGear> simplified_gear(int body) const override {
+    if (options_.wong) return std::nullopt;  // smooth cylinders only
+    const auto i = static_cast<std::size_t>(body);
+    if (!wheels_.at(i).footprint().shape().takes_mean(spacing())) return std::nullopt;
+    const auto& lugged = std::get<LuggedCylinder>(bodies()[i].gear.shape);
+    return lugs_as_mean(lugged, options_.wheel.lugs == node::Lugs::mean
+                                    ? "option 'lugs: mean' of model bekker.soil_node"
+                                    : "the lugs are narrower than 2 node spacings or 4 shear displacements K "
+                                      "(model bekker.soil_node, option 'lugs: auto')");
+  }
   std::vector<FieldInfo> fields() const override {
     return {{"sinkage", "m", "depth of the soil's surface below the undisturbed ground"},
             {"plastic_depth", "m", "largest depth to which a node was pressed"},
@@ -221,6 +232,8 @@ class SoilNode final : public Terrain {
         SteadyWheel(*soils_.front().bekker, {b.gear.radius(), b.gear.width()}, b.gear.radius(), options_.steady));
   }
 
+  double spacing() const { return options_.spacing > 0 ? options_.spacing : std::max(3.3e-3, smallest_ / 40); }
+
   /// The grid starts under the first wheel and runs along its heading, so that the answer does not know where north is.
   void lay_out(const BodyMotion& motion) {
     const node::Layout layout = [&] {
@@ -229,7 +242,7 @@ class SoilNode final : public Terrain {
       node::Layout l;
       l.origin = {m.pose.hub_W.x(), m.pose.hub_W.y()};
       l.heading = std::atan2(m.carrier(1, 0), m.carrier(0, 0));
-      l.spacing = options_.spacing > 0 ? options_.spacing : std::max(3.3e-3, smallest_ / 40);
+      l.spacing = spacing();
       return l;
     }();
     grid_.lay_out(layout);

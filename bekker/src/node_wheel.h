@@ -51,6 +51,7 @@ class NodeWheel {
   const State& state() const { return state_; }
 
   Footprint& footprint() { return print_; }
+  const Footprint& footprint() const { return print_; }
   /// Answer. Touches only the nodes of the footprint.
   void advance(const Ground& ground, const Effects& effects, double dt, bool commit, BodyResult& result);
 

@@ -121,6 +121,18 @@ double displacement_noise(const Arc& a, double force_sum) {
   return 2 * kRounding * per_K * arc * (1 + std::abs(kappa)) * (a.cohesion * arc + a.tan_phi * force_sum);
 }
 
+/// What rounding leaves of the ends of the part that a reloading wheel touches, where that part is a sliver: theta_m
+/// close to theta_f, or barely pressing.
+double touch_noise(const Arc& a, const Pieces& pieces, const std::array<PieceSums, kMostPieces>& part) {
+  double noise = 0;
+  if (!(a.zu > 0)) return noise;
+  for (int i = 0; i < pieces.count; ++i) {
+    const Piece& p = pieces.at[i].piece;
+    noise += 1.5 * kRounding * a.theta_f / (p.length * (p.front ? 1 : a.stretch)) * force_of(part[i]);
+  }
+  return noise;
+}
+
 WheelWrench wrench_of(const Arc& arc, const PieceSums& s) {
   const double rb = arc.r * arc.b, rrb = rb * arc.r;
   return {rb * s.Fx, rb * s.Fy, rb * s.Fz, rrb * s.Mx, rrb * s.My, rrb * s.Mz};
@@ -173,7 +185,8 @@ ForceResult nonlinear_forces(const Arc& arc, double tolerance, RulePlan* plan) n
   ForceResult result;
   const double noise = tolerance < kNoisy ? displacement_noise(arc, force_sum) : 0;
   const bool drowned = noise > tolerance * force_of(total) || noise > tolerance * moment_of(total);
-  if (!refinement.ok() || (noise > 0 && drowned)) result.status = ForceStatus::tolerance_not_met;
+  const bool sliver = touch_noise(arc, pieces, part) > tolerance * force_of(total);
+  if (!refinement.ok() || (noise > 0 && drowned) || sliver) result.status = ForceStatus::tolerance_not_met;
   result.wrench = wrench_of(arc, total);
   return result;
 }

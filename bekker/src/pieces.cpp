@@ -12,6 +12,7 @@ constexpr double kSharpTurn = 0.7;  // of the arc: a turn spread wider than this
 constexpr double kLooseFade = 18;   // exp(-18) = 1.5e-8: type A for 1e-6
 constexpr double kFadeMargin = 16;  // what exp(-j/K) has to fall below the tolerance: its tail is met by few points
 constexpr double kThin = 8;         // layers per arc from which the layer is cut off
+constexpr double kSpread = 200;     // points thinned by the exit's map times layers, for which 32 points do
 constexpr double kThinnest = 0.35;  // of a piece: thicker layers need no cut
 constexpr double kGone = 60;        // j/K: exp(-60) of what shear could be counts as nothing
 constexpr double kLong = 0.55;      // [rad], too much of a bow for eight points
@@ -25,7 +26,7 @@ struct Cut {
 
 class Cuts {
  public:
-  Cuts(const Arc& a, double tolerance) : a_(a), near_(tolerance < 1e-8 ? 4 : 3), loose_(tolerance >= 1e-6) {
+  Cuts(const Arc& a, double tolerance) : a_(a), near_(tolerance < 1e-7 ? 4 : 3), loose_(tolerance >= 1e-6) {
     power_ = end_power(tolerance);
     set_sharpness();
     fades_ = loose_ && a.type == ShearLaw::Type::A ? kLooseFade : -std::log(tolerance) + kFadeMargin;
@@ -42,22 +43,30 @@ class Cuts {
     return kappa <= 1 && (limit <= 0 || A * A + B * B >= limit * limit);
   }
   /// The shear builds up over a share of the arc so small that its layer at the entry needs a piece of its own.
-  bool layered() const { return !a_.locked && sharp_ * (a_.theta_f - a_.theta_r) > kThin * fades_; }
+  /// Or the front branch is so short that it builds up behind theta_m, where the map of the exit spreads the points.
+  bool layered() const {
+    if (a_.locked) return false;
+    if (sharp_ * (a_.theta_f - a_.theta_r) > kThin * fades_) return true;
+    return power_ * sharp_ * (a_.theta_m - a_.theta_r) > kSpread && sharp_ * (a_.theta_f - a_.theta_m) < 2 * fades_;
+  }
   Pieces two_pieces() const {
     Pieces out;
     out.count = 0;
     const double front = a_.theta_f - a_.theta_m, rear = a_.theta_m - a_.theta_r;
-    const int joined = rear > 0 ? 1 : power_;
+    const int joined = rear > 0 ? power_at_m() : power_;
     out.at[out.count++] = sized({0, front, true}, power_, joined);
-    if (rear > 0) out.at[out.count++] = sized({0, rear, false}, power_, 1);
+    if (rear > 0) out.at[out.count++] = sized({0, rear, false}, power_, joined);
     return out;
   }
   Pieces all_pieces(bool layers) {
     const Arc& a = a_;
     add(a.theta_r, power_, power_);
-    add(a.theta_m, 1, 1);
+    add(a.theta_m, power_at_m(), power_at_m());
     add(a.theta_f, power_, power_);
-    if (a.lugs && a.concave) add(a.theta_ca, power_, 1);
+    if (a.lugs && a.concave) {
+      add(a.theta_ca, power_, 1);
+      add_level(0, a.r_ca, a.theta_ca, a.stretch_ca);
+    }
     if (a.zu > 0) add_reloading();
     if (!a.locked) add_shear();
     sort();
@@ -81,10 +90,16 @@ class Cuts {
     return out;
   }
 
+  /// Where theta_m lies close behind the angle at which a surface comes out of the soil, the root of the pressure there
+  /// is felt.
+  int power_at_m() const {
+    const bool out = a_.theta_m < -kMirror * a_.theta_f || (a_.concave && a_.theta_m < -kMirror * a_.theta_ca);
+    return out ? power_ : 1;
+  }
   MappedPiece sized(const Piece& piece, int p, int q) const {
     MappedPiece m{piece, p, q, 1, true};
     if (!loose_ || !gentle_) return m;
-    m.size = m.piece.front ? front_size(m.piece) : rear_size(m.piece.length);
+    m.size = m.piece.front ? front_size(m.piece) : rear_size(m.piece, p);
     if (m.p > 1 && m.q > 1) ++m.size;
     if (a_.anisotropic || a_.type != ShearLaw::Type::A || a_.zu > 0) ++m.size;  // sharper, or less regular ends
     m.verify = false;
@@ -97,10 +112,19 @@ class Cuts {
     if (!a_.anisotropic && sharp_ * p.start >= 0.5 * fades_) return 1;  // behind the layer
     return std::max(size_of(sharp_ * p.length), int(p.length > kLong));
   }
-  int rear_size(double length) const {
-    const double complete = a_.type == ShearLaw::Type::A ? 25 : 80;
-    const bool builds = a_.anisotropic || sharp_ * (a_.theta_f - a_.theta_m) < complete;  // j_l alone may be slow
-    return std::max(builds ? size_of(sharp_ * length) : 0, int(length > kLong));
+  /// The exit's power p spreads the points at the other end, where shear goes on building up; what was built up ahead
+  /// of the piece is left out of the error.
+  int rear_size(const Piece& p, int power) const {
+    const double complete = a_.type == ShearLaw::Type::A ? 25 : 80, J = sharp_ * p.length;
+    const double ahead = sharp_ * (a_.theta_f - a_.theta_r - p.start - p.length);
+    const bool builds = a_.anisotropic || ahead < complete;  // j_l alone may be slow
+    const int bow = int(p.length > kLong);
+    return builds ? std::max({size_of(J), size_behind(power * J, ahead), bow}) : bow;
+  }
+  /// Rules for exp(-ahead - J x) to 1e-8, from the Bernstein ellipse that suits J best: index into kRuleSizes.
+  static int size_behind(double J, double ahead) {
+    return int(J >= 10 + 1.2 * ahead) + int(J >= 50 + 5 * ahead) + int(J >= 110 + 8 * ahead) +
+           int(J >= 200 + 15 * ahead);
   }
   static int size_of(double J) { return int(J >= 5) + int(J >= 25) + int(J >= 100); }
   void set_sharpness() {
@@ -126,15 +150,13 @@ class Cuts {
       if (t < a_.theta_r || t > a_.theta_f) continue;
       const double vt = std::abs(1 - kappa * std::cos(t)), vl = std::abs(a_.e.l), bend = std::abs(kappa * std::sin(t));
       const double at_t = t < a_.theta_f ? std::abs(jt(t)) : 0, at_l = vl * (a_.theta_f - t);
-      const double gap_below = i > 0 ? t - cuts_[i - 1].theta : 0;
-      const double gap_above = i + 1 < before ? cuts_[i + 1].theta - t : 0;
       const auto layer = [&](double at, double speed, double turn) {
         const double grown = fades_ / per_K;
         if (dies ? at * per_K > kGone : at > 0.01 * grown) return;
         // speed d + turn d^2/2 = grown
         const double d = 2 * grown / (speed + std::sqrt(speed * speed + 2 * turn * grown));
-        if (d < kThinnest * gap_below) add(t - d, power_, 1);
-        if (at < 0.01 * grown && d < kThinnest * gap_above) add(t + d, 1, power_);
+        end_layer(t - d, before, true);
+        if (at < 0.01 * grown) end_layer(t + d, before, false);
       };
       if (a_.anisotropic) {
         layer(at_t, vt, bend);
@@ -144,6 +166,18 @@ class Cuts {
       }
     }
     sort();
+  }
+
+  /// A layer ends at theta, seen from above or below: a cut, unless it fills much of the stretch between the first
+  /// `count` cuts in which it ends. That need not be the one in which it begins: theta_m may lie within the layer.
+  void end_layer(double theta, int count, bool downwards) {
+    for (int i = 0; i + 1 < count; ++i) {
+      const double lo = cuts_[i].theta, hi = cuts_[i + 1].theta;
+      if (!(theta > lo && theta < hi)) continue;
+      const double within = downwards ? hi - theta : theta - lo;
+      if (within < kThinnest * (hi - lo)) add(theta, downwards ? power_ : 1, downwards ? 1 : power_);
+      return;
+    }
   }
 
   void add(double theta, int below, int above) {
@@ -165,7 +199,7 @@ class Cuts {
     return a_.n < 0.8 ? 3 : 2;
   }
 
-  /// theta_e at which the pressure has sunk to z, on a part of radius r that enters at theta_in; < 0: not reached.
+  /// theta_e >= 0 at which the pressure has sunk to z, on a part of radius r that enters at theta_in; < 0: not reached.
   /// By the half angle: the arc cosine would be off by 1e-15 of a small angle's inverse, and its piece may be short.
   static double angle_at(double z, double r, double theta_in) {
     const double half = std::sin(0.5 * theta_in), square = half * half - 0.5 * z / r;
@@ -173,26 +207,29 @@ class Cuts {
   }
   void add_level(double z, double r, double theta_in, double stretch) {
     const double t = angle_at(z, r, theta_in);
-    if (!(t > a_.theta_m && t < theta_in)) return;
+    if (t < 0) return;
     // Where the wheel begins to press deep in the arc, shear of type B dies out within K from there.
     int power = sharp_ * (a_.theta_f - a_.theta_r) > 30 ? near_ : 1;
     // Close to the entry the root of the pressure there is felt.
-    if (theta_in - t < 0.2 * (theta_in - a_.theta_m)) power = std::max(power, power_);
-    add_inside(t, power);
-    if (stretch > 0) add_inside(a_.theta_r + (theta_in - t) / stretch, power);
+    if (z == 0 || theta_in - t < 0.2 * (theta_in - a_.theta_m)) power = std::max(power, power_);
+    for (const double at : {t, -t}) {  // theta_m may lie behind the bottom
+      if (!(at > a_.theta_m && at < theta_in) || (z == 0 && at >= 0)) continue;
+      add_inside(at, power);
+      if (stretch > 0) add_inside(a_.theta_r + (theta_in - at) / stretch, power);
+    }
   }
   /// Kinks of eq 2.12: where the virgin curve takes over and where the reloading wheel begins to press.
   void add_reloading() {
     const double z0 = a_.zu - a_.peak / a_.slope;
     for (const double z : {a_.zu, z0}) {
-      if (!(z > 0)) continue;
-      add_level(z, a_.r, a_.theta_f, a_.stretch);
-      if (a_.lugs && a_.concave) add_level(z, a_.r_ca, a_.theta_ca, a_.stretch_ca);
+      if (z > 0) add_level(z, a_.r, a_.theta_f, a_.stretch);
+      if (z > 0 && a_.lugs && a_.concave) add_level(z, a_.r_ca, a_.theta_ca, a_.stretch_ca);
     }
   }
   bool untouched(double theta) const {
     const double te = theta >= a_.theta_m ? theta : a_.theta_f - (theta - a_.theta_r) * a_.stretch;
-    return a_.peak - a_.slope * (a_.zu - a_.r * (std::cos(te) - a_.cos_f)) < 0;
+    const double z = a_.r * (std::cos(te) - a_.cos_f);
+    return z <= 0 || a_.peak - a_.slope * (a_.zu - z) < 0;
   }
 
   /// j_t/r = integral of 1 - kappa cos from theta to theta_f.

@@ -6,6 +6,9 @@
 
 namespace grouser::bekker {
 
+/// Of theta_f: where theta_m lies farther behind the bottom, the pressure's root at -theta_f is felt there.
+inline constexpr double kMirror = 0.5;
+
 /// Eight wheels of one shear law.
 struct Rows {
   static constexpr int kSize = 8;
@@ -29,7 +32,8 @@ struct Rows {
 
   /// Whether plan_rows may be asked about this case (its status_of is ok).
   static bool takes(const ForceCase& c) {
-    return c.slip >= 0 && c.wheel.lug_height == 0 && c.unloading_sinkage == 0 && c.arc.theta_m > c.arc.theta_r;
+    return c.slip >= 0 && c.wheel.lug_height == 0 && c.unloading_sinkage == 0 && c.arc.theta_m > c.arc.theta_r &&
+           c.arc.theta_m >= -kMirror * c.arc.theta_f;
   }
   void set(int lane, const ForceCase& c) {
     const SoilLaw& s = c.soil;

@@ -93,10 +93,20 @@ GROUSER_INLINE Lanes reached(Lanes x, const double (&limits)[kCount]) {
 // Chosen so that a piece errs by less than 2e-7 of the force or moment (bekker/README.md).
 constexpr double kFrontLimits[] = {5, 25, 150, 400, 1500, 6000, 20000};    // K slid over the piece, from 10 points on
 constexpr double kRearLimits[] = {2.5, 2.5, 15, 100, 1e3, 1e4, 1e5, 1e6};  // from 8 points on
+// The exit's map doubles that at theta_m: rules for exp(-ahead - 2 behind x), from 10 points on, at ahead = 0 and
+// more of them for each unit of it.
+constexpr double kBuildLimits[] = {5, 8, 12, 25, 40, 57, 100, 220}, kBuildGains[] = {0.6, 1, 1.5, 2.5, 3.2, 4, 7, 12};
 constexpr double kTurnLimits[] = {5.2755, 3.9418, 3.2929, 2.6972, 2.4375, 2.3008, 2.1673, 2.0738};  // 2 cosh(13/n)
 
 constexpr double kDying = 200;  // twice the K slid over the arc, of type B, from which a row goes alone
 constexpr double kEven[] = {2, 4, 6, 8};
+
+GROUSER_INLINE Lanes build_class(Lanes behind, Lanes ahead) {
+  Lanes count{};
+  for (int i = 0; i < kRowClasses; ++i)
+    count += select(behind >= kBuildLimits[i] + kBuildGains[i] * ahead, splat(1), splat(0));
+  return count;
+}
 
 /// The class that the turn of the shear direction asks for on theta in lo..hi. Its complex root +-re + i im lies on an
 /// ellipse about the piece with rho the sum of the half axes, and the error falls like rho^(-2 n).
@@ -121,7 +131,8 @@ void plan_rows(Rows& rows, ShearLaw::Type type, bool anisotropic, RowPlan& plan)
     const double bump = steep ? 1 : 0, complete = anisotropic ? 1e300 : (steep ? 120 : 40);
     Lanes front = 1 + bump + reached(ahead, kFrontLimits);
     const Lanes rest = select(a.theta_m - a.theta_r >= 0.8, splat(2), splat(0));
-    Lanes rear = bump + select(ahead >= complete, rest, reached(behind, kRearLimits));
+    const Lanes built = max_of(reached(behind, kRearLimits), build_class(behind, ahead));
+    Lanes rear = bump + select(ahead >= complete, rest, built);
     if (steep) {  // fewer groups
       front = 1 + 2 * reached(front, kEven);
       rear = 1 + 2 * reached(rear, kEven);

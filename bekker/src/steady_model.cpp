@@ -1,6 +1,7 @@
 #include <stdexcept>
 
 #include "grouser/bekker/steady.h"
+#include "lugs_as_mean.h"
 #include "reference_width.h"
 #include "steady_wheel.h"
 
@@ -14,7 +15,8 @@ lateral: isotropic       # isotropic: shear against the sliding (eq 2.10); aniso
 theta_m_law: linear      # linear: theta_m = (a0 + a1 |s|) theta_f; wong_braking: eq 2.13 when braking
 reference_width: soil    # [m] > 0 width in the pressure law; soil: what the soil file says; wheel: the wheel's own
 relaxation_length: 1     # [1] 0.01..100 rolling distance, in contact lengths, in which the shear displacement renews
-stick_damping: 0.02 s    # 0..1 s: the shear displacement answers as u + tau u'; damps ringing at rest, nothing in steady rolling
+stick_damping: 0.15      # [1] 0..2 damping ratio of a wheel's load that rocks at rest; nothing in steady rolling
+bounce_damping: 0.15     # [1] 0..2 damping ratio of a wheel's load that bounces; nothing in steady rolling
 points: 10               # [1] 4..96 Gauss-Legendre points per smooth piece of the arc (method nonlinear)
 tolerance: 0             # [1] 0..0.1 relative; above 0 the points are doubled until the force changes by less
 strips: 3                # [1] 1..15 discs across the width
@@ -23,6 +25,7 @@ samples_per_radius: 24   # [1] 4..400 ground samples per wheel radius
 
 SteadyOptions read(const ConfigNode& o) {
   SteadyOptions s;
+  s.bounce_damping = 0.15;
   if (!o.present()) return s;
   if (o.choice_or("theta_m_law", "linear", {"linear", "wong_braking"}) == "wong_braking")
     s.theta_m_law = ThetaMLaw::wong_braking;
@@ -32,7 +35,8 @@ SteadyOptions read(const ConfigNode& o) {
     s.lateral = Lateral::anisotropic;
   s.reference_width = read_reference_width(o);
   s.relaxation_length = o.quantity_or("relaxation_length", 1, "1", Range::between(0.01, 100));
-  s.stick_damping = o.quantity_or("stick_damping", 0.02, "s", Range::between(0, 1));
+  s.stick_damping = o.quantity_or("stick_damping", s.stick_damping, "1", Range::between(0, 2));
+  s.bounce_damping = o.quantity_or("bounce_damping", s.bounce_damping, "1", Range::between(0, 2));
   s.quadrature.points = static_cast<int>(o.integer_or("points", 10, 4, 96));
   s.quadrature.tolerance = o.quantity_or("tolerance", 0, "1", Range::between(0, 0.1));
   s.patch.strips = static_cast<int>(o.integer_or("strips", 3, 1, 15));
@@ -53,6 +57,12 @@ class Steady final : public Terrain {
     Capabilities c;
     c.lugs = true;  // their mean pressure; single lugs and the soil between them are not
     return c;
+  }
+
+  std::optional<SimplifiedGear> simplified_gear(int body) const override {
+    const auto* lugged = std::get_if<LuggedCylinder>(&bodies().at(static_cast<std::size_t>(body)).gear.shape);
+    if (!lugged) return std::nullopt;
+    return lugs_as_mean(*lugged, "model bekker.steady does not take lugs one by one");
   }
 
  private:
@@ -121,7 +131,8 @@ ModelInfo steady_model() {
       "only",
       kDefaults,
       [](const TerrainArgs& a) -> std::unique_ptr<Terrain> {
-        const SteadyOptions options = read(a.options);
+        SteadyOptions options = read(a.options);
+        options.gravity = a.gravity;
         if (!a.soil.bekker)
           throw std::invalid_argument("soil '" + a.soil.name +
                                       "' has no 'bekker:' section, which model bekker.steady needs");

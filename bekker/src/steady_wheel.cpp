@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "grouser/terrain/path_work.h"
+
 namespace grouser::bekker {
 
 namespace {
@@ -56,6 +58,19 @@ SteadyWheel::Blend SteadyWheel::blend(const ContactPatch& patch, ShearState e, d
   return b;
 }
 
+double SteadyWheel::stick_time(const ContactPatch& patch, double elastic_force) const {
+  const double area = size_.width * size_.outer_radius() * patch.angle;
+  const double strength = soil_.shear.cohesion * area + soil_.tan_phi * elastic_force;
+  const double rate = options_.gravity * strength / (elastic_force * soil_.shear_displacement());  // omega^2
+  return rate > 0 ? 2 * options_.stick_damping / std::sqrt(rate) : 0;
+}
+
+double SteadyWheel::damping_at(double sinkage, const SteadyEffects& effects) const {
+  if (!(options_.gravity > 0)) return effects.vertical_damping;
+  return effects.vertical_damping +
+         2 * options_.bounce_damping * std::sqrt((soil_.n + 0.5) / (options_.gravity * sinkage));
+}
+
 void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const SteadyEffects& effects, double dt,
                           BodyResult& result, ArcSum* sum) {
   const ContactPatch patch = finder_.find(m.pose, ground);
@@ -80,7 +95,9 @@ void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const Stea
   // States S2, S4, S5 over the step, exact for constant velocities.
   const double length = r * patch.angle, sigma = options_.relaxation_length * length, K = soil_.shear_displacement();
   const double rho = std::abs(roll) / sigma;
-  const StickStep stick = grouser::bekker::advance(before.shear, slide, rho, K, options_.stick_damping, dt);
+  const ElasticTable::Value elastic = table_.at(patch.sinkage);
+  const double tau = stick_time(patch, elastic.force);
+  const StickStep stick = grouser::bekker::advance(before.shear, slide, rho, K, tau, dt);
   state_.shear = stick.end;
   const Vec2 &u = state_.shear.u, &felt = stick.felt;
   const double q = std::min(felt.norm() / K, 1.0), free = std::max(1 - q, kFull);
@@ -95,7 +112,7 @@ void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const Stea
   Vec6 V6;
   V6 << m.V.v, m.V.w;
   const double sink_rate = -patch.g.dot(V6);
-  const double chi = effects.vertical_damping, factor = std::max(0.0, 1 + chi * sink_rate);
+  const double chi = damping_at(patch.sinkage, effects), factor = std::max(0.0, 1 + chi * sink_rate);
   const double lambda = patch.length_ratio;
   const Blend b = blend(patch, e, factor, sum);
   const auto to_world = [&](const Vec6& F) {
@@ -119,7 +136,7 @@ void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const Stea
   Eigen::Matrix<double, 6, 2> row;  // slide = (-row0 . V, row1 . V)
   row.col(0) << -patch.forward_W, -contact.cross(patch.forward_W);
   row.col(1) << patch.lateral_W, contact.cross(patch.lateral_W);
-  const double kept = std::exp(-rho * dt) * dt / (dt + options_.stick_damping);
+  const double kept = std::exp(-rho * dt) * dt / (dt + tau);
   for (int i = 0; i < 2; ++i) {
     const Vec6 column = lambda * to_world(W_u.col(i));
     if (row.col(i).dot(column) >= 0) continue;  // softening (types B and C past the peak) is left to the explicit part
@@ -133,7 +150,6 @@ void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const Stea
       lambda *
       (-(b.pressure_x * V.x() + b.pressure_z * V.z()) -
        ((b.W[0] - b.pressure_x) * V.x() + b.W[1] * V.y() + (b.W[2] - b.pressure_z) * V.z() + b.W.tail<3>().dot(w)));
-  const ElasticTable::Value elastic = table_.at(patch.sinkage);
   const double recoverable = elastic.force * sink_rate * dt;
   state_.elastic = elastic.energy;
   // Stick: gradient of its potential at the end times the change of u, and the work of a shear capacity that changes with the load.
@@ -142,17 +158,25 @@ void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const Stea
   const Vec2 du = u - before.shear.u;
   const double q_after = u.norm() / K;
   state_.stick = 0.5 * K * capacity * q_after * q_after;
-  spent_ = power * dt - recoverable - capacity / K * u.dot(du) -
-           0.5 * K * q_after * q_after * (capacity - capacity_before);
-  // End-of-step forces times displacements exceed the change of a potential by half its curvature times the displacement squared.
-  // At touch-down the force also counts for the part of the step before contact.
-  const double sink = sink_rate * dt, inside = std::min(sink, patch.sinkage);
-  if (fresh && patch.sinkage > inside) placed_ = table_.at(patch.sinkage - inside).energy;
-  integration_ = elastic.force * (sink - inside) +
-                 0.5 * (soil_.n + 0.5) * elastic.force / patch.sinkage * inside * inside +
-                 0.5 * capacity_before / K * du.squaredNorm();
-  // The normal turns within the step: the sinkage changes by the mean of its two ends.
-  if (!before.g.isZero()) integration_ += 0.5 * elastic.force * dt * (before.g - patch.g).dot(V6);
+  spent_ =
+      power * dt - recoverable - capacity / K * u.dot(du) - 0.5 * K * q_after * q_after * (capacity - capacity_before);
+  // The host's step does end-of-step force times displacement: its error for the pressure is that less the force's work on the way, for the
+  // stick that less the work at the capacity it began with.
+  const auto force = [this](double h) { return table_.at(h).force; };
+  double at_begin = 0;
+  if (fresh) {
+    const ContactPatch first = finder_.find(earlier(m.pose, m.V, dt), ground);
+    at_begin = pressing_power(first, m.V, force);
+    if (first.contact) placed_ = table_.at(first.sinkage).energy;
+  } else if (before.sinkage > 0) {
+    at_begin = -force(before.sinkage) * before.g.dot(V6);
+  }
+  const double at_end = elastic.force * sink_rate, stored = elastic.energy - before.elastic - placed_;
+  const double tolerance = 1e-3 * dt * std::max(std::abs(at_begin), std::abs(at_end));
+  integration_ = recoverable - path_work(finder_, ground, m, dt, at_begin, at_end, stored, tolerance, force) +
+                 capacity / K * u.dot(du) -
+                 0.5 * capacity_before / K * (u.squaredNorm() - before.shear.u.squaredNorm());
+  state_.sinkage = patch.sinkage;
   state_.g = patch.g;
 
   fill_result(m, patch, {wrench.head<3>(), wrench.tail<3>()}, dx, dv, dt, result);
@@ -162,7 +186,8 @@ void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const Stea
   result.report.exit_angle = b.theta_r;
   result.report.effect_share.clear();
   if (effects.any()) {
-    const Vec6 without = lambda * to_world(blend(patch, e, 1, sum).W);
+    const double own = std::max(0.0, 1 + damping_at(patch.sinkage, {}) * sink_rate);
+    const Vec6 without = lambda * to_world(blend(patch, e, own, sum).W);
     const Vec6 change = wrench - without;
     const auto& C = m.carrier;
     result.report.effect_share.emplace_back(change.head<3>().dot(C.col(0)), change.head<3>().dot(C.col(1)),
@@ -178,6 +203,7 @@ void SteadyWheel::traverse(grouser::State& s) {
   s.field("elastic", state_.elastic);
   s.field("fresh", state_.fresh);
   s.field("normal", state_.g);
+  s.field("sinkage", state_.sinkage);
   s.field("stick", state_.stick);
 }
 

@@ -11,7 +11,9 @@ struct SteadyOptions {
   PatchOptions patch;
   ThetaMLaw theta_m_law = ThetaMLaw::linear;
   double relaxation_length = 1;  ///< sigma / contact length [-]
-  double stick_damping = 0.02;   ///< tau of the shear displacement [s]
+  double stick_damping = 0.15;   ///< damping ratio of the wheel's load rocking on the stick [-]
+  double bounce_damping = 0;     ///< the same of the load bouncing on the pressure [-]
+  double gravity = 9.81;         ///< [m/s^2], of that load
   Method method = Method::nonlinear;
   Lateral lateral = Lateral::isotropic;
   Quadrature quadrature;        ///< of the nonlinear method
@@ -49,6 +51,7 @@ class SteadyWheel {
     double elastic = 0, stick = 0;  ///< stored [J]
     bool fresh = true;              ///< no step yet
     Vec6 g = Vec6::Zero();          ///< generalised normal of the last step, zero without contact
+    double sinkage = 0;             ///< of the last step [m]
   };
   State& state() { return state_; }
   const State& state() const { return state_; }
@@ -64,6 +67,10 @@ class SteadyWheel {
     Eigen::Matrix<double, 6, 2, Eigen::DontAlign> by_e;  ///< dW/d(e_t, e_l)
     double pressure_x = 0, pressure_z = 0, capacity = 0, theta_r = 0;
   };
+  /// tau [s]: the mass N/g on the stick's stiffness (c A + N tan phi)/K is damped by stick_damping.
+  double stick_time(const ContactPatch& patch, double elastic_force) const;
+  /// chi [s/m] of sigma (1 + chi h') at sinkage h: the mass N/g on the stiffness (n + 1/2) N/h is damped by bounce_damping.
+  double damping_at(double sinkage, const SteadyEffects& effects) const;
   Blend blend(const ContactPatch& patch, ShearState e, double pressure_factor, ArcSum* sum) const;
 
   WheelSize size_;

@@ -57,7 +57,10 @@ template <class V, class A>
 GROUSER_INLINE V pressure_at(const A& a, V z) {
   const V s = a.modulus * pow_of<digits_of<A>>(max_of(z, V{} + 1e-300), a.n);
   if constexpr (A::kFeatures)
-    if (a.zu > 0) return select(z >= a.zu, s, max_of(a.peak - a.slope * (a.zu - z), 0 * z));
+    if (a.zu > 0) {  // out of the soil (z <= 0) nothing presses, however soft the unloading
+      const V again = select(z > 0, max_of(a.peak - a.slope * (a.zu - z), 0 * z), 0 * z);
+      return select(z >= a.zu, s, again);
+    }
   return s;
 }
 

@@ -55,7 +55,7 @@ std::array<double, 3> WheelTable::Data::at(const TableSide& s, const TableZone& 
   }
   const Edge e = edge(s, t, zu);
   const double log_load = e.from + (&z == &s.in_rut ? z.first * (1 - p[1]) : e.span > 0 ? p[1] / e.span : 0);
-  return {s.braking ? -t * t : t, std::exp(log_load), zu};
+  return {s.braking ? braking_slip(spec, t) : t, std::exp(log_load), zu};
 }
 
 void WheelTable::Data::make_spline(const TableSide& side, const TableZone& zone, TableBlock& block) const {

@@ -169,7 +169,7 @@ class TableBuilder {
     each(e.values.size(), "edge of the rut", [&](std::size_t i) {
       const int a = static_cast<int>(i) / e.n[1], b = static_cast<int>(i) % e.n[1];
       const double t = side.edge_first + grid_place({e.n[0], 1, 1}, a, 0, 0)[0] * (side.edge_last - side.edge_first);
-      e.values[i] = edge_load(d_.spec, side.braking ? -t * t : t, zu_at(b));
+      e.values[i] = edge_load(d_.spec, side.braking ? braking_slip(d_.spec, t) : t, zu_at(b));
     });
     // The rut's zone begins where no load of the range is below the edge; the other ends where every load is.
     int first = e.n[1] - 1, last = 0;
@@ -196,7 +196,7 @@ class TableBuilder {
       const int a = static_cast<int>(i) / s.n[1], b = static_cast<int>(i) % s.n[1];
       const Request q = d_.at(side, zone, true, grid_place({1, s.n[0], s.n[1]}, 0, a, b));
       TableValues v;
-      const ForceStatus status = table_values(d_.spec, 0, q[1], q[2], v);
+      const ForceStatus status = table_values(d_.spec, braking_slip(d_.spec, 0), q[1], q[2], v);
       if (status != ForceStatus::ok) no_equilibrium(0, q[1], q[2], status);
       s.values[i] = std::min(v[0], 0.99 / turn_share);
     });

@@ -1,6 +1,7 @@
 #pragma once
 // Inside of a WheelTable: two sides (braking, driving) of two blocks each, and the map between what is asked and the
 // blocks' axes.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -85,6 +86,12 @@ struct TableSide {
   TableZone deeper, in_rut;
   TableScale slip_scale, edge_scale;
 };
+
+/// Slip of the root t of -slip. theta_m by eq 2.13 jumps at slip 0: the braking side ends in the limit from below.
+inline double braking_slip(const TableSpec& s, double t) {
+  constexpr double just_below = -1e-300;
+  return s.soil.theta_m_law == ThetaMLaw::wong_braking ? std::min(-t * t, just_below) : -t * t;
+}
 
 /// A place in the unit cube of a block.
 struct TablePlace {

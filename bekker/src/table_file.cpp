@@ -235,7 +235,7 @@ TableSpec load_table_spec(const std::filesystem::path& file) {
   root.finish();
 
   const auto part = [&](const std::filesystem::path& f, auto&& load) {
-    if (f.empty() || !std::filesystem::exists(f)) return;
+    if (!std::filesystem::is_regular_file(f)) return;  // noted already
     try {
       load(f);
     } catch (const ConfigError& e) {

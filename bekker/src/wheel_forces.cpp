@@ -81,7 +81,8 @@ ContactRange contact_range(const SoilLaw& soil, double theta_f, double slip) {
   const double s = std::abs(slip);
   if (soil.theta_m_law == ThetaMLaw::wong_braking && slip < 0) {
     const double x = std::tan(pi / 4 - soil.shear.friction_angle / 2);
-    c.theta_m = std::acos((1 + slip) / std::sqrt(1 + x * x)) + std::atan2(-x, 1.0);
+    c.theta_m =
+        std::max(0.0, std::acos((1 + slip) / std::sqrt(1 + x * x)) - std::atan(x));  // 0 at slip 0 but for rounding
   } else {
     c.theta_m = (soil.angles.a0 + soil.angles.a1 * s) * theta_f;
   }

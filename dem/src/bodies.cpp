@@ -2,9 +2,31 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
 
 namespace grouser::dem {
+
+namespace {
+
+/// Distance of grains from a plane; positions along periodic axes, to which planes are square, do not enter.
+template <class R>
+struct PlaneFrame {
+  Vec3 normal, arm;
+  double n[3], c = 0;
+  PlaneFrame(const Surface& s, const Body& body, const Space<R>& space)
+      : normal(body.X.q * s.shape.normal()), arm(body.X.q * s.shape.point()) {
+    const Vec3 from = body.X.p + arm - space.domain().lo;
+    for (int k = 0; k < 3; ++k) {
+      n[k] = normal[k] * space.unit(k);
+      c += normal[k] * from[k];
+    }
+  }
+  double distance(const Grain<R>& g) const {
+    return n[0] * static_cast<double>(g.p[0]) + n[1] * static_cast<double>(g.p[1]) +
+           n[2] * static_cast<double>(g.p[2]) - c;
+  }
+};
+
+}  // namespace
 
 template <class R>
 double Bodies<R>::fastest() const {
@@ -18,12 +40,26 @@ double Bodies<R>::fastest() const {
 }
 
 template <class R>
-void Bodies<R>::renumber(const std::vector<std::uint32_t>& moved_to) {
-  for (WallBlock<R>& b : blocks_)
-    for (std::uint32_t& i : b.i) {
-      const std::uint32_t k = i / kUnit;
-      if (k < moved_to.size()) i = moved_to[k] * kUnit + i % kUnit;
-    }
+void Bodies<R>::collect(const Part& p, std::size_t count, std::vector<Known>& into) {
+  for (std::size_t s = 0; s < p.runs.size(); ++s)
+    for (std::size_t b = p.runs[s].first; b < p.runs[s].last; ++b)
+      for (std::size_t l = 0; l < kBlock; ++l) {
+        const WallBlock<R>& block = p.blocks[b];
+        const std::uint32_t g = block.i[l] / kUnit;
+        if (g < count && block.delta[l] > 0)
+          into.push_back({static_cast<std::uint32_t>(s), g, block.part[l], static_cast<std::uint32_t>(l), &block});
+      }
+}
+
+template <class R>
+void Bodies<R>::renumber(const std::vector<std::uint32_t>& moved_to, std::size_t chunks) {
+  before_.swap(parts_);
+  parts_.clear();
+  parts_.resize(chunks);
+  known_.clear();
+  for (const Part& p : before_) collect(p, moved_to.size(), known_);
+  for (Known& k : known_) k.grain = moved_to[k.grain];
+  std::stable_sort(known_.begin(), known_.end());
 }
 
 template <class R>
@@ -38,139 +74,132 @@ Vec3 Bodies<R>::local(const Space<R>& space, const Grain<R>& g, const Body& b) c
 }
 
 template <class R>
-void Bodies<R>::refresh(const Space<R>& space, double margin, const Array<Grain<R>>& grains,
-                        const std::vector<Chunk>& chunks, const std::vector<std::uint32_t>& ids,
+void Bodies<R>::refresh(std::size_t c, const Space<R>& space, double dt, const Array<Grain<R>>& grains, Chunk& chunk,
+                        std::size_t spare, const std::vector<std::uint32_t>& ids,
                         const std::vector<std::uint8_t>& material, const MaterialTable& table) {
-  // Histories of the old list, by surface, grain and part.
-  struct Key {
-    std::uint32_t surface, grain, part;
-    bool operator==(const Key& o) const { return surface == o.surface && grain == o.grain && part == o.part; }
-  };
-  struct Hash {
-    std::size_t operator()(const Key& k) const {
-      return (std::size_t{k.grain} * 0x9e3779b97f4a7c15ULL) ^ (std::size_t{k.part} << 20) ^ k.surface;
-    }
-  };
-  std::unordered_map<Key, std::size_t, Hash> past;
-  const std::size_t n = surfaces.size();
-  for (std::size_t r = 0; r < runs_.size() && n > 0; ++r)
-    for (std::size_t at = std::size_t{runs_[r].first} * kBlock; at < std::size_t{runs_[r].last} * kBlock; ++at) {
-      const WallBlock<R>& b = blocks_[at / kBlock];
-      const std::uint32_t g = b.i[at % kBlock] / kUnit;
-      if (g < ids.size() && b.delta[at % kBlock] > 0)
-        past[{static_cast<std::uint32_t>(r % n), g, b.part[at % kBlock]}] = at;
-    }
-  Array<WallBlock<R>> old;
-  old.swap(blocks_);
-  runs_.assign(chunks.size() * n, Run{});
-  for (std::size_t c = 0; c < chunks.size(); ++c)
-    for (std::size_t s = 0; s < n; ++s) {
-      Run& here = runs_[c * n + s];
-      here.first = static_cast<std::uint32_t>(blocks_.size());
-      const Surface& surface = surfaces[s];
-      const Body& body = bodies[static_cast<std::size_t>(surface.body)];
-      const double extent = surface.shape.extent();
-      int lane = kBlock;
-      for (std::size_t g = chunks[c].first; g < chunks[c].last; ++g) {
-        if (grains[g].im == 0) continue;
-        const double wide = double(grains[g].r) + margin;
-        const Vec3 x = local(space, grains[g], body);
-        if (std::isfinite(extent) && surface.shape.kind() != ShapeKind::cylinder &&
-            x.squaredNorm() > (extent + wide) * (extent + wide))
-          continue;
-        surface.shape.each_part_near(x, [&](std::uint32_t part) {
-          if (surface.shape.touch(part, x).distance > wide) return;
-          if (lane == kBlock) {
-            blocks_.emplace_back();
-            lane = 0;
-          }
-          WallBlock<R>& b = blocks_.back();
-          b.i[lane] = static_cast<std::uint32_t>(g) * kUnit +
-                      static_cast<std::uint32_t>(table.index(material[ids[g]], surface.material));
-          b.part[lane] = part;
-          const auto it = past.find({static_cast<std::uint32_t>(s), static_cast<std::uint32_t>(g), part});
-          const bool known = it != past.end();
-          const WallBlock<R>* from = known ? &old[it->second / kBlock] : nullptr;
-          const std::size_t l = known ? it->second % kBlock : 0;
-          for (int k = 0; k < 3; ++k) {
-            b.s[k][lane] = known ? from->s[k][l] : 0;
-            b.t[k][lane] = known ? from->t[k][l] : 0;
-            b.n[k][lane] = known ? from->n[k][l] : 0;
-          }
-          b.delta[lane] = known ? from->delta[l] : -1;
-          ++lane;
-        });
+  chunk.wall_reach = std::clamp(4 * kLasts * (chunk.speed + fastest()) * dt, 1e-5, kWallMargin);
+  chunk.wall_then = chunk.travelled;
+  chunk.surfaces_then = travelled;
+  chunk.walls_due = 0;
+  Part& p = parts_[c];
+  const Part old = std::move(p);
+  p = Part{};
+  std::vector<Known> own;
+  if (before_.empty()) collect(old, ids.size(), own);
+  const std::vector<Known>& known = before_.empty() ? own : known_;
+  for (std::size_t s = 0; s < surfaces.size(); ++s) {
+    Run here;
+    here.first = static_cast<std::uint32_t>(p.blocks.size());
+    const Surface& surface = surfaces[s];
+    const Body& body = bodies[static_cast<std::size_t>(surface.body)];
+    const bool plane = surface.shape.kind() == ShapeKind::plane, cylinder = surface.shape.kind() == ShapeKind::cylinder;
+    const PlaneFrame<R> frame(surface, body, space);
+    int lane = kBlock;
+    const auto add = [&](std::size_t g, std::uint32_t part) {
+      if (lane == kBlock) {
+        p.blocks.emplace_back();
+        lane = 0;
       }
-      if (here.first != blocks_.size())
-        for (; lane < kBlock; ++lane) {
-          WallBlock<R>& b = blocks_.back();
-          b.i[lane] = static_cast<std::uint32_t>(ids.size()) * kUnit;
-          b.part[lane] = 0;
-          b.delta[lane] = -1;
-          for (int k = 0; k < 3; ++k) b.s[k][lane] = b.t[k][lane] = b.n[k][lane] = 0;
+      WallBlock<R>& b = p.blocks.back();
+      b.i[lane] = static_cast<std::uint32_t>(g) * kUnit +
+                  static_cast<std::uint32_t>(table.index(material[ids[g]], surface.material));
+      b.part[lane] = part;
+      b.delta[lane] = -1;
+      const Known key{static_cast<std::uint32_t>(s), static_cast<std::uint32_t>(g), part, 0, nullptr};
+      for (auto k = std::lower_bound(known.begin(), known.end(), key); k != known.end() && !(key < *k); ++k) {
+        if (k->part != part) continue;
+        const WallBlock<R>& from = *k->block;
+        for (int q = 0; q < 3; ++q) {
+          b.s[q][lane] = from.s[q][k->lane];
+          b.t[q][lane] = from.t[q][k->lane];
+          b.n[q][lane] = from.n[q][k->lane];
         }
-      here.last = static_cast<std::uint32_t>(blocks_.size());
+        b.delta[lane] = from.delta[k->lane];
+        b.past.copy(static_cast<std::size_t>(lane), from.past, k->lane, R(1));
+        break;
+      }
+      ++lane;
+    };
+    for (std::size_t g = chunk.first; g < chunk.last; ++g) {
+      if (grains[g].im == 0) continue;
+      const double wide = double(grains[g].r) + chunk.wall_reach;
+      if (plane) {
+        if (frame.distance(grains[g]) <= wide) add(g, 0);
+        continue;
+      }
+      const Vec3 x = local(space, grains[g], body);
+      const double bound = surface.shape.extent() + wide;
+      if (!cylinder && x.squaredNorm() > bound * bound) continue;
+      surface.shape.each_part_near(x, [&](std::uint32_t part) {
+        if (surface.shape.touch(part, x).distance <= wide) add(g, part);
+      });
     }
+    if (here.first != p.blocks.size())
+      for (; lane < kBlock; ++lane) {
+        WallBlock<R>& b = p.blocks.back();
+        b.i[lane] = static_cast<std::uint32_t>(spare) * kUnit;
+        b.delta[lane] = -1;
+      }
+    here.last = static_cast<std::uint32_t>(p.blocks.size());
+    p.runs.push_back(here);
+  }
+  p.blocks.shrink_to_fit();
 }
 
 template <class R>
-void Bodies<R>::geometry(std::size_t chunk, const Space<R>& space, const Array<Grain<R>>& grains) {
-  for (std::size_t s = 0; s < surfaces.size(); ++s) {
-    const Run& r = run(chunk, s);
+void Bodies<R>::geometry(std::size_t c, const Space<R>& space, const Array<Grain<R>>& grains, std::size_t count) {
+  Part& p = parts_[c];
+  for (std::size_t s = 0; s < p.runs.size(); ++s) {
+    const Run r = p.runs[s];
     if (r.first == r.last) continue;
     if (surfaces[s].shape.kind() == ShapeKind::plane)
-      plane_geometry(surfaces[s], r, space, grains);
+      plane_geometry(surfaces[s], p, r, space, grains, count);
     else
-      part_geometry(surfaces[s], r, space, grains);
+      part_geometry(surfaces[s], p, r, space, grains, count);
   }
 }
 
 template <class R>
-void Bodies<R>::plane_geometry(const Surface& s, const Run& r, const Space<R>& space, const Array<Grain<R>>& grains) {
+void Bodies<R>::plane_geometry(const Surface& s, Part& p, Run r, const Space<R>& space, const Array<Grain<R>>& grains,
+                               std::size_t count) {
   const Body& body = bodies[static_cast<std::size_t>(s.body)];
-  const Vec3 normal = body.X.q * s.shape.normal(), arm = body.X.q * s.shape.point(),
-             from = body.X.p + arm - space.domain().lo;
-  double n[3], c = 0;
-  for (int k = 0; k < 3; ++k) {
-    // Planes are square to the periodic axes: positions there do not enter.
-    n[k] = normal[k] * space.unit(k);
-    c += normal[k] * from[k];
-  }
+  const PlaneFrame<R> frame(s, body, space);
   for (std::uint32_t at = r.first; at < r.last; ++at) {
-    WallBlock<R>& b = blocks_[at];
+    WallBlock<R>& b = p.blocks[at];
+    double d[kBlock];
     for (int l = 0; l < kBlock; ++l) {
-      const std::uint32_t place = b.i[l] / kUnit;
+      const std::size_t place = b.i[l] / kUnit;
       const Grain<R>& g = grains[place];
-      double d = -c;
-      for (int k = 0; k < 3; ++k) d += n[k] * static_cast<double>(g.p[k]);
-      const bool padding = std::size_t{place} + 2 == grains.size();
-      b.delta[l] = padding ? R(-1) : static_cast<R>(static_cast<double>(g.r) - d);
-      b.curvature[l] = 0;
-      for (int k = 0; k < 3; ++k) {
-        b.n[k][l] = static_cast<R>(-normal[k]);
-        b.v[k][l] = static_cast<R>(body.V.v[k]);
-        b.w[k][l] = 0;
-        b.at[k][l] = static_cast<R>(arm[k]);
-      }
+      d[l] = place < count ? static_cast<double>(g.r) - frame.distance(g) : -1;
+    }
+    for (int l = 0; l < kBlock; ++l) b.delta[l] = static_cast<R>(d[l]);
+    for (int l = 0; l < kBlock; ++l) b.curvature[l] = 0;
+    for (int k = 0; k < 3; ++k) {
+      const R n = static_cast<R>(-frame.normal[k]), v = static_cast<R>(body.V.v[k]), arm = static_cast<R>(frame.arm[k]);
+      for (int l = 0; l < kBlock; ++l) b.n[k][l] = n;
+      for (int l = 0; l < kBlock; ++l) b.v[k][l] = v;
+      for (int l = 0; l < kBlock; ++l) b.w[k][l] = 0;
+      for (int l = 0; l < kBlock; ++l) b.at[k][l] = arm;
     }
   }
 }
 
 template <class R>
-void Bodies<R>::part_geometry(const Surface& s, const Run& r, const Space<R>& space, const Array<Grain<R>>& grains) {
+void Bodies<R>::part_geometry(const Surface& s, Part& p, Run r, const Space<R>& space, const Array<Grain<R>>& grains,
+                              std::size_t count) {
   const Body& body = bodies[static_cast<std::size_t>(s.body)];
   const auto lane = [&](std::size_t at) {
-    return std::pair<WallBlock<R>&, std::size_t>(blocks_[at / kBlock], at % kBlock);
+    return std::pair<WallBlock<R>&, std::size_t>(p.blocks[at / kBlock], at % kBlock);
   };
   const std::size_t end = std::size_t{r.last} * kBlock;
   std::vector<Touch> touch;
   std::vector<R> was;
   std::vector<Vec3> had;
   for (std::size_t at = std::size_t{r.first} * kBlock; at < end;) {
-    const std::uint32_t place = lane(at).first.i[lane(at).second] / kUnit;
+    const std::size_t place = lane(at).first.i[lane(at).second] / kUnit;
     std::size_t next = at;
     while (next < end && lane(next).first.i[lane(next).second] / kUnit == place) ++next;
-    if (std::size_t{place} + 2 == grains.size()) {
+    if (place >= count) {
       for (; at < next; ++at) {
         const auto [b, l] = lane(at);
         b.delta[l] = -1;
@@ -203,7 +232,7 @@ void Bodies<R>::part_geometry(const Surface& s, const Run& r, const Space<R>& sp
       }
     }
     if (next - at > 1 && s.shape.kind() == ShapeKind::mesh) {
-      one_contact_per_place(s, at, next, touch);
+      one_contact_per_place(s, p, at, next, touch);
       // A contact that goes over from one triangle to its neighbour takes its history along.
       for (std::size_t k = at; k < next; ++k) {
         const auto [b, l] = lane(k);
@@ -217,6 +246,8 @@ void Bodies<R>::part_geometry(const Surface& s, const Run& r, const Space<R>& sp
             b.t[c][l] = from.t[c][m];
             from.s[c][m] = from.t[c][m] = 0;
           }
+          b.past.copy(l, from.past, m, R(1));
+          from.past.clear(m);
           was[o - at] = 0;
           break;
         }
@@ -228,20 +259,20 @@ void Bodies<R>::part_geometry(const Surface& s, const Run& r, const Space<R>& sp
 
 /// A point on an edge or a corner belongs to several triangles; the deepest contact of each place stays.
 template <class R>
-void Bodies<R>::one_contact_per_place(const Surface& s, std::size_t first, std::size_t last,
+void Bodies<R>::one_contact_per_place(const Surface& s, Part& p, std::size_t first, std::size_t last,
                                       const std::vector<Touch>& touch) {
   std::vector<std::size_t> order, kept;
   for (std::size_t k = first; k < last; ++k)
-    if (blocks_[k / kBlock].delta[k % kBlock] > 0) order.push_back(k);
+    if (p.blocks[k / kBlock].delta[k % kBlock] > 0) order.push_back(k);
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return touch[a - first].distance < touch[b - first].distance; });
   for (std::size_t k : order) {
     const Vec3& q = touch[k - first].point;
     bool taken = false;
     for (std::size_t o : kept)
-      taken = taken || (s.shape.nearest_on(blocks_[o / kBlock].part[o % kBlock], q) - q).squaredNorm() < 1e-16;
+      taken = taken || (s.shape.nearest_on(p.blocks[o / kBlock].part[o % kBlock], q) - q).squaredNorm() < 1e-16;
     if (taken)
-      blocks_[k / kBlock].delta[k % kBlock] = -1;
+      p.blocks[k / kBlock].delta[k % kBlock] = -1;
     else
       kept.push_back(k);
   }
@@ -259,7 +290,7 @@ void Bodies<R>::move(Body& b, double dt, const Vec3& gravity) {
     Mat3 held = inertia;
     Vec3 rest = t;
     for (int k = 0; k < 3; ++k)
-      if (b.set.locked[static_cast<std::size_t>(3 + k)]) {
+      if (b.set.locked[3 + static_cast<std::size_t>(k)]) {
         held.row(k).setZero();
         held.col(k).setZero();
         held(k, k) = 1;
@@ -268,7 +299,7 @@ void Bodies<R>::move(Body& b, double dt, const Vec3& gravity) {
     const Vec3 alpha = held.inverse() * rest;
     for (int k = 0; k < 3; ++k) {
       if (!b.set.locked[static_cast<std::size_t>(k)]) b.V.v[k] += a[k] * dt;
-      if (!b.set.locked[static_cast<std::size_t>(3 + k)]) b.V.w[k] += alpha[k] * dt;
+      if (!b.set.locked[3 + static_cast<std::size_t>(k)]) b.V.w[k] += alpha[k] * dt;
     }
   }
   b.X.p += b.V.v * dt;
@@ -277,42 +308,49 @@ void Bodies<R>::move(Body& b, double dt, const Vec3& gravity) {
 }
 
 template <class R>
-void Bodies<R>::finish(double dt, const Vec3& gravity, std::size_t chunks) {
-  for (Body& b : bodies) {
-    b.report.force = b.report.torque = Vec3::Zero();
-    b.report.contacts = 0;
-  }
+void Bodies<R>::finish(double dt, const Vec3& gravity, bool begun) {
+  std::vector<Vec3> force(bodies.size(), Vec3::Zero()), torque(bodies.size(), Vec3::Zero());
+  for (Body& b : bodies) b.report.contacts = 0;
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
-    Surface& surface = surfaces[s];
-    Body& body = bodies[static_cast<std::size_t>(surface.body)];
-    Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
-    int contacts = 0;
-    for (std::size_t c = 0; c < chunks; ++c)
-      for (std::uint32_t at = run(c, s).first; at < run(c, s).last; ++at) {
-        const WallBlock<R>& b = blocks_[at];
-        for (int l = 0; l < kBlock; ++l) {
-          if (!(b.delta[l] > 0)) continue;
-          const Vec3 f(double(b.f[0][l]), double(b.f[1][l]), double(b.f[2][l]));
-          const Vec3 arm(double(b.at[0][l]), double(b.at[1][l]), double(b.at[2][l]));
-          const Vec3 roll(double(b.roll[0][l]), double(b.roll[1][l]), double(b.roll[2][l]));
-          force -= f;
-          torque -= arm.cross(f) + roll;
-          ++contacts;
-        }
-      }
-    surface.report.force = force;
-    surface.report.torque = torque;
-    surface.report.contacts = contacts;
-    surface.report.impulse += force * dt;
-    const double work = -(force.dot(body.V.v) + torque.dot(body.V.w)) * dt;
-    surface.report.work += work;
-    body.report.force += force;
-    body.report.torque += torque;
-    body.report.contacts += contacts;
-    body.report.impulse += force * dt;
-    body.report.work += work;
+    SurfaceReport& report = surfaces[s].report;
+    const auto at = static_cast<std::size_t>(surfaces[s].body);
+    Body& body = bodies[at];
+    report.force = report.torque = Vec3::Zero();
+    report.contacts = 0;
+    for (const Part& p : parts_) {
+      report.force += Vec3(p.sums[s].force[0], p.sums[s].force[1], p.sums[s].force[2]);
+      report.torque += Vec3(p.sums[s].torque[0], p.sums[s].torque[1], p.sums[s].torque[2]);
+      report.contacts += p.sums[s].contacts;
+    }
+    report.impulse += report.force * dt;
+    force[at] += report.force;
+    torque[at] += report.torque;
+    body.report.contacts += report.contacts;
   }
-  for (Body& b : bodies) move(b, dt, gravity);
+  travelled += fastest() * dt;
+  for (std::size_t k = 0; k < bodies.size(); ++k) {
+    Body& b = bodies[k];
+    // For the ledger: the way of a step, with the mean of the forces at its ends.
+    if (begun)
+      b.given -= 0.5 * dt * ((force[k] + b.report.force).dot(b.V.v) + (torque[k] + b.report.torque).dot(b.V.w));
+    b.report.force = force[k];
+    b.report.torque = torque[k];
+    b.report.impulse += force[k] * dt;
+    const Twist before = b.V;
+    move(b, dt, gravity);
+    // Forces act on the mean of the velocities before and after them.
+    const Vec3 v = 0.5 * (before.v + b.V.v), w = 0.5 * (before.w + b.V.w);
+    b.report.work -= (force[k].dot(v) + torque[k].dot(w)) * dt;
+    for (Surface& s : surfaces)
+      if (static_cast<std::size_t>(s.body) == k) s.report.work -= (s.report.force.dot(v) + s.report.torque.dot(w)) * dt;
+  }
+}
+
+template <class R>
+std::size_t Bodies<R>::bytes() const {
+  std::size_t n = sizeof(Known) * known_.capacity();
+  for (const Part& p : parts_) n += sizeof(WallBlock<R>) * p.blocks.capacity();
+  return n;
 }
 
 template class Bodies<float>;

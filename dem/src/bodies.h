@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "grouser/dem/solver.h"
+#include "kernel.h"
 #include "lists.h"
 #include "shape.h"
 
@@ -13,6 +14,7 @@ struct Body {
   Pose X;
   Twist V;
   SurfaceReport report;
+  double given = 0;  ///< work on the grains up to the last force [J], for the ledger
 };
 struct Surface {
   int body = 0, material = 0;
@@ -25,47 +27,74 @@ class Bodies {
  public:
   std::vector<Body> bodies;
   std::vector<Surface> surfaces;
+  double travelled = 0;  ///< bound of the way of any point of a surface [m]
 
   /// Bound of the speed of any point of a surface [m/s].
   double fastest() const;
-  /// List of grains with a gap below `margin`; histories move along.
-  void refresh(const Space<R>& space, double margin, const Array<Grain<R>>& grains, const std::vector<Chunk>& chunks,
-               const std::vector<std::uint32_t>& ids, const std::vector<std::uint8_t>& material,
+  /// Grain in the frame of the body, nearest image.
+  Vec3 local(const Space<R>& space, const Grain<R>& g, const Body& b) const;
+  /// After a sort of the grains, alone: histories by the new places of grains.
+  void renumber(const std::vector<std::uint32_t>& moved_to, std::size_t chunks);
+  /// List of grains of chunk c with a gap below its reach; histories move along.
+  void refresh(std::size_t c, const Space<R>& space, double dt, const Array<Grain<R>>& grains, Chunk& chunk,
+               std::size_t spare, const std::vector<std::uint32_t>& ids, const std::vector<std::uint8_t>& material,
                const MaterialTable& table);
-  /// Places of the grains after a sort.
-  void renumber(const std::vector<std::uint32_t>& moved_to);
   /// Normal, overlap and surface velocity of the contacts of a chunk.
-  void geometry(std::size_t chunk, const Space<R>& space, const Array<Grain<R>>& grains);
-  /// Forget the contacts (a surface was added).
-  void clear() {
-    blocks_.clear();
-    runs_.clear();
-  }
+  void geometry(std::size_t c, const Space<R>& space, const Array<Grain<R>>& grains, std::size_t count);
   bool empty() const { return surfaces.empty(); }
-  WallBlock<R>* first(std::size_t chunk) { return blocks_.data() + run(chunk, 0).first; }
-  WallBlock<R>* last(std::size_t chunk) { return blocks_.data() + run(chunk, surfaces.size() - 1).last; }
-  /// Sum forces in the order of the chunks, move the bodies.
-  void finish(double dt, const Vec3& gravity, std::size_t chunks);
-  std::size_t bytes() const { return sizeof(WallBlock<R>) * blocks_.capacity(); }
+  /// The law for the contacts of chunk c: `f(first, last, sum)` for each surface.
   template <class F>
-  void each_array(F&& f) {
-    f("wall_blocks", blocks_);
-    f("wall_runs", runs_);
+  void each_surface(std::size_t c, F&& f) {
+    Part& p = parts_[c];
+    p.sums.assign(p.runs.size(), WallSum{});
+    for (std::size_t s = 0; s < p.runs.size(); ++s)
+      if (p.runs[s].first != p.runs[s].last)
+        f(p.blocks.data() + p.runs[s].first, p.blocks.data() + p.runs[s].last, p.sums[s]);
+  }
+  /// Sum forces in the order of the chunks, move the bodies. `begun`: forces of a step before are known.
+  void finish(double dt, const Vec3& gravity, bool begun);
+  /// After the step that followed a sort.
+  void forget_past() {
+    std::vector<Known>().swap(known_);
+    std::vector<Part>().swap(before_);
+  }
+  std::size_t bytes() const;
+  template <class F>
+  void each_array(std::size_t chunks, F&& f) {
+    parts_.resize(chunks);
+    for (Part& p : parts_) {
+      f("wall_blocks", p.blocks);
+      f("wall_runs", p.runs);
+    }
   }
 
  private:
   struct Run {
-    std::uint32_t first = 0, last = 0;
+    std::uint32_t first = 0, last = 0;  ///< blocks
   };
-  const Run& run(std::size_t chunk, std::size_t s) const { return runs_[chunk * surfaces.size() + s]; }
-  /// Grain in the frame of the body, nearest image.
-  Vec3 local(const Space<R>& space, const Grain<R>& g, const Body& b) const;
-  void plane_geometry(const Surface& s, const Run& r, const Space<R>& space, const Array<Grain<R>>& grains);
-  void part_geometry(const Surface& s, const Run& r, const Space<R>& space, const Array<Grain<R>>& grains);
-  void one_contact_per_place(const Surface& s, std::size_t first, std::size_t last, const std::vector<Touch>& touch);
+  struct Part {
+    Array<WallBlock<R>> blocks;
+    std::vector<Run> runs;  ///< per surface
+    std::vector<WallSum> sums;
+  };
+  /// Where the history of a contact is; ordered by surface and grain.
+  struct Known {
+    std::uint32_t surface, grain, part, lane;
+    const WallBlock<R>* block;
+    bool operator<(const Known& o) const { return surface != o.surface ? surface < o.surface : grain < o.grain; }
+  };
+  static void collect(const Part& p, std::size_t count, std::vector<Known>& into);
+  void plane_geometry(const Surface& s, Part& p, Run r, const Space<R>& space, const Array<Grain<R>>& grains,
+                      std::size_t count);
+  void part_geometry(const Surface& s, Part& p, Run r, const Space<R>& space, const Array<Grain<R>>& grains,
+                     std::size_t count);
+  void one_contact_per_place(const Surface& s, Part& p, std::size_t first, std::size_t last,
+                             const std::vector<Touch>& touch);
   void move(Body& b, double dt, const Vec3& gravity);
-  Array<WallBlock<R>> blocks_;
-  std::vector<Run> runs_;
+  std::vector<Part> parts_;  ///< per chunk
+  // Between a sort and the refresh after it.
+  std::vector<Part> before_;
+  std::vector<Known> known_;
 };
 
 extern template class Bodies<float>;

@@ -73,6 +73,16 @@ struct History {
   Vec3L<V> s, t;
 };
 
+template <class V, class R>
+GROUSER_INLINE Vec3L<V> load3(const R (&a)[3][kBlock], int at) {
+  return {load_as<V>(a[0] + at), load_as<V>(a[1] + at), load_as<V>(a[2] + at)};
+}
+template <class V, class R>
+GROUSER_INLINE void store3(R (&a)[3][kBlock], int at, const Vec3L<V>& x) {
+  store_as(a[0] + at, x.x);
+  store_as(a[1] + at, x.y);
+  store_as(a[2] + at, x.z);
+}
 template <class V>
 GROUSER_INLINE double sum_of(V x) {
   double s = 0;
@@ -80,38 +90,48 @@ GROUSER_INLINE double sum_of(V x) {
   return s;
 }
 
-/// One step of the law. With kLedger the energies are added to `e`; the forces are the same bits.
-template <class R, bool kLedger, class V = typename LanesOf<R>::V>
+/// One step of the law. With kLedger the energies are added to `e`; the forces are the same bits. `past`: lanes from
+/// `at` on.
+template <class R, bool kLedger, bool kPlain, class V = typename LanesOf<R>::V>
 GROUSER_INLINE Result<V> contact_law(const StepWork<R>& w, const Coefficients<V>& c, const Geometry<V>& g,
-                                     History<V>& h, [[maybe_unused]] Energies* e) {
+                                     History<V>& h, [[maybe_unused]] Past<R>* past, [[maybe_unused]] int at,
+                                     [[maybe_unused]] Energies* e) {
+  // The usual law is compiled without the others.
+  const bool ch3 = !kPlain && w.ch3, spring_cap = !kPlain && w.spring_cap, cohesive = !kPlain && w.cohesive,
+             without_spin = !kPlain && w.rate_without_spin;
   const V zero = V{}, tiny = zero + R(1e-12);
   const auto active = g.delta > 0;
   const V overlap = larger(g.delta, tiny), rd = g.reff * overlap, inv_a = inverse_root(rd), a = rd * inv_a;
   const V kn = c.kn * a, kt = c.kt * a;
   const V meff = inverse(g.inv_m);
-  const V q = w.ch3 ? a * meff : root(a * meff);
+  const V q = ch3 ? a * meff : root(a * meff);
   V fn = kn * overlap + (c.cn * q) * g.un;
   fn = active ? fn : zero;
-  // Stiffness a step ago over stiffness now, the same for k_n, k_t, k_r.
-  [[maybe_unused]] V before;
+  // The ledger follows a contact from the positions of the last step to these: u dt is exactly what it moved by in
+  // between, and the mean of the forces at both ends times that is the work which all grains together did on it.
+  const V half = zero + R(0.5);
+  [[maybe_unused]] V kt_before, kt_now;
   if constexpr (kLedger) {
-    before = root(larger(overlap - g.un * w.dt, zero) * inverse(overlap));
+    const V way = g.un * w.dt, damper = active ? (c.cn * q) * g.un : zero;
+    kt_before = c.kt * root(g.reff * larger(g.delta - way, zero));
+    kt_now = active ? kt : zero;
     e->normal_spring += sum_of(active ? R(0.4) * kn * overlap * overlap : zero);
-    e->normal_damping += sum_of(active ? c.cn * q * g.un * g.un * w.dt : zero);
+    e->normal_damping += sum_of(half * (load_as<V>(past->normal + at) + damper) * way);
+    store_as(past->normal + at, damper);
   }
 
   const Vec3L<V> ut = less(g.u, g.un, g.n);
   // Tangential spring: the old one turned into the new contact plane, then stretched.
   Vec3L<V> s = less(h.s, dot(h.s, g.n), g.n);
-  if constexpr (kLedger)
-    e->tangential_change += sum_of(active ? R(0.5) * kt * (before * dot(h.s, h.s) - dot(s, s)) : zero);
+  [[maybe_unused]] const History<V> old = h;
+  [[maybe_unused]] const Vec3L<V> turned = s;
   s = {s.x + ut.x * w.dt, s.y + ut.y * w.dt, s.z + ut.z * w.dt};
   V gt = c.ct * q;
   gt = gt * inverse(1 + (w.implicit * gt) * g.mobility_t);
   Vec3L<V> ft = {kt * s.x, kt * s.y, kt * s.z};
   const V limit = c.mu * absolute(fn);
   const V smallest = zero + R(1e-30);
-  if (w.spring_cap) {
+  if (spring_cap) {
     const V size2 = dot(ft, ft);
     const auto slides = size2 > limit * limit;
     const V m = slides ? limit * inverse_root(larger(size2, smallest)) : zero + 1;
@@ -131,25 +151,33 @@ GROUSER_INLINE Result<V> contact_law(const StepWork<R>& w, const Coefficients<V>
   }
 
   if constexpr (kLedger) {
-    const Vec3L<V> damped = {ft.x - kt * h.s.x, ft.y - kt * h.s.y, ft.z - kt * h.s.z};
-    e->tangential_spring += sum_of(active ? R(0.5) * kt * dot(h.s, h.s) : zero);
-    e->tangential_damping += sum_of(active ? dot(damped, ut) * w.dt : zero);
-    e->sliding += sum_of(active ? R(0.5) * kt * (dot(s, s) - dot(h.s, h.s)) : zero);
+    const Vec3L<V> damper = less(ft, kt_now, h.s), damper_before = load3<V, R>(past->tangential, at);
+    const Vec3L<V> slip = less(s, zero + 1, h.s);
+    e->tangential_spring += sum_of(half * kt_now * dot(h.s, h.s));
+    e->tangential_damping += sum_of(half * (dot(damper, ut) + dot(damper_before, ut)) * w.dt);
+    e->sliding += sum_of(half * (kt_before * dot(turned, slip) + kt_now * dot(h.s, slip)));
+    e->tangential_change += sum_of(
+        half * (kt_before * (dot(old.s, old.s) - dot(turned, turned)) + (kt_before - kt_now) * dot(turned, h.s)));
+    store3(past->tangential, at, damper);
   }
 
   // Rolling.
-  V mu = w.ch3 ? zero : c.mur;
+  V mu = ch3 ? zero : c.mur;
   Vec3L<V> roll;
   const Vec3L<V> wr = less(g.spin, dot(g.spin, g.n), g.n);
-  if (w.ch3) {
+  if (ch3) {
     const V size2 = dot(wr, wr);
     const V m = (c.mur * g.reff) * ((active ? kn : zero) * overlap) * inverse_root(larger(size2, smallest));
     roll = scaled(-m, wr);
-    if constexpr (kLedger) e->rolling_slip -= sum_of(active ? dot(roll, wr) * w.dt : zero);
+    if constexpr (kLedger) {
+      const Vec3L<V> before = load3<V, R>(past->rolling, at);
+      e->rolling_slip -= sum_of(half * (dot(roll, wr) + dot(before, wr)) * w.dt);
+      store3(past->rolling, at, roll);
+    }
   } else {
     if (w.rate) {
       V v2;
-      if (w.rate_without_spin) {
+      if (without_spin) {
         const Vec3L<V> d = less(g.drift, g.un, g.n);
         v2 = dot(d, d);
       } else {
@@ -161,12 +189,7 @@ GROUSER_INLINE Result<V> contact_law(const StepWork<R>& w, const Coefficients<V>
     V gr = (3 * arm) * root(kn * g.ieff);  // 2 sqrt(kr I) with kr = 2.25 kn arm^2
     gr = gr * inverse(1 + (w.implicit * gr) * g.mobility_r);
     Vec3L<V> t = less(h.t, dot(h.t, g.n), g.n);
-    [[maybe_unused]] V compliance;
-    if constexpr (kLedger) {
-      compliance = inverse(larger(kr, zero + R(1e-30)));
-      e->rolling_change +=
-          sum_of(active && before > 0 ? R(0.5) * compliance * (dot(h.t, h.t) / before - dot(t, t)) : zero);
-    }
+    [[maybe_unused]] const Vec3L<V> before = t;
     const V step = kr * w.dt;
     t = {t.x - step * wr.x, t.y - step * wr.y, t.z - step * wr.z};
     const V most = arm * absolute(fn);
@@ -174,7 +197,7 @@ GROUSER_INLINE Result<V> contact_law(const StepWork<R>& w, const Coefficients<V>
     const auto yields = spring2 > most2;
     const V m = yields ? most * inverse_root(larger(spring2, smallest)) : zero + 1;
     h.t = scaled(m, t);
-    if (w.spring_cap) {
+    if (spring_cap) {
       gr = yields ? zero : gr;
       gr = active ? gr : zero;
       roll = less(h.t, gr, wr);
@@ -185,14 +208,28 @@ GROUSER_INLINE Result<V> contact_law(const StepWork<R>& w, const Coefficients<V>
       roll = scaled(l, roll);
     }
     if constexpr (kLedger) {
-      const Vec3L<V> damped = {roll.x - h.t.x, roll.y - h.t.y, roll.z - h.t.z};
-      e->rolling_spring += sum_of(active ? R(0.5) * compliance * dot(h.t, h.t) : zero);
-      e->rolling_damping -= sum_of(active ? dot(damped, wr) * w.dt : zero);
-      e->rolling_slip += sum_of(active ? R(0.5) * compliance * (dot(t, t) - dot(h.t, h.t)) : zero);
+      // A spring that is softened, or cut to a lower limit, gives nothing back: what it holds less is lost.
+      const Vec3L<V> damper = less(roll, zero + 1, h.t), damper_before = load3<V, R>(past->rolling, at);
+      const V held = load_as<V>(past->rolling_spring + at);
+      const V holds = active ? half * inverse(larger(kr, smallest)) * dot(h.t, h.t) : zero;
+      const V lost = held - holds - half * (dot(before, wr) + dot(h.t, wr)) * w.dt;
+      e->rolling_spring += sum_of(holds);
+      e->rolling_damping -= sum_of(half * (dot(damper, wr) + dot(damper_before, wr)) * w.dt);
+      e->rolling_slip += sum_of(yields ? lost : zero);
+      e->rolling_change += sum_of(yields ? zero : lost);
+      store_as(past->rolling_spring + at, holds);
+      store3(past->rolling, at, damper);
     }
   }
   // Cohesion holds the grains together without counting in the limits of friction and rolling.
-  if (w.cohesive) fn = active ? fn - c.kc * g.area : zero;
+  if (cohesive) {
+    const V pull = active ? c.kc * g.area : zero;
+    fn = fn - pull;
+    if constexpr (kLedger) {
+      e->cohesion -= sum_of(half * (load_as<V>(past->cohesion + at) + pull) * g.un * w.dt);
+      store_as(past->cohesion + at, pull);
+    }
+  }
   return {fn, ft, roll, active ? (R(1.5) + R(1.4) * (mu * mu)) * kn : zero};
 }
 

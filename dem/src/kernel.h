@@ -4,8 +4,6 @@
 
 namespace grouser::dem {
 
-enum class Rolling { constant, rate };
-
 /// Everything that does not change during a step.
 template <class R>
 struct StepWork {
@@ -25,13 +23,20 @@ struct StepWork {
   bool cohesive;
 };
 
-/// Energies of contacts [J], each from its own formula: what the springs hold now, and what left them or the grains
-/// during the step.
+/// Energies of contacts [J]: what the springs hold at the end of a step, and what left them or the grains on the way
+/// from the positions of the last step to these, with the mean of the forces at both (README, "Energy").
 struct Energies {
   double normal_spring = 0, tangential_spring = 0, rolling_spring = 0;
   double normal_damping = 0, tangential_damping = 0, rolling_damping = 0;
   double sliding = 0, rolling_slip = 0;
   double tangential_change = 0, rolling_change = 0;  ///< springs whose stiffness or direction changed under load
+  double cohesion = 0;
+};
+
+/// Sums over the contacts of grains with a surface: force on it, torque about the origin of its body.
+struct WallSum {
+  double force[3] = {0, 0, 0}, torque[3] = {0, 0, 0};
+  int contacts = 0;
 };
 
 struct StepLimits {
@@ -41,9 +46,9 @@ struct StepLimits {
 
 template <class R>
 struct KernelOf {
-  /// `e`: null, or where the energies are added.
-  void (*pairs)(const StepWork<R>&, Block<R>* first, Block<R>* last, Energies* e);
-  void (*walls)(const StepWork<R>&, WallBlock<R>* first, WallBlock<R>* last, Energies* e);
+  /// `e`: null, or where the energies are added; then `past` belongs to the blocks.
+  void (*pairs)(const StepWork<R>&, Block<R>* first, Block<R>* last, Past<R>* past, Energies* e);
+  void (*walls)(const StepWork<R>&, WallBlock<R>* first, WallBlock<R>* last, WallSum& sum, Energies* e);
   void (*integrate)(const StepWork<R>&, std::size_t first, std::size_t last, StepLimits& limits);
 };
 

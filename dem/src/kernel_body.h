@@ -1,4 +1,6 @@
 // Body of the inner loop; a translation unit per instruction set names GROUSER_KERNEL and includes it.
+#include <limits>
+
 #include "contact_law.h"
 
 namespace grouser::dem {
@@ -92,7 +94,7 @@ struct State {
 template <class R, bool kMany>
 GROUSER_INLINE State<R> gather(const Grain<R>* grains, const std::uint32_t* o) {
   State<R> s;
-  V<R> x, y, z;
+  V<R> x{}, y{}, z{};
   const char* base = reinterpret_cast<const char*>(grains);
   constexpr std::uint32_t mask = kMany ? ~(kUnit - 1) : ~0u;
   constexpr std::size_t q = 4 * sizeof(R);
@@ -226,97 +228,133 @@ GROUSER_INLINE void scatter(Load<R>* loads, const std::uint32_t* oi, const std::
   }
 }
 
-constexpr std::ptrdiff_t kAhead = 4;  ///< blocks
+constexpr std::ptrdiff_t kAhead = 12;  ///< blocks
+constexpr std::ptrdiff_t kBatch = 3;   ///< vectors of contacts that go through a stage together
 
-template <class R, bool kMany, bool kLedger>
-void pairs_loop(const StepWork<R>& w, Block<R>* first, Block<R>* last, Energies* e) {
-  constexpr int n = LanesOf<R>::count;
-  constexpr std::uint32_t mask = kMany ? ~(kUnit - 1) : ~0u;
+/// What one stage of the pair loop leaves to the next.
+template <class R>
+struct Stage {
+  Geometry<V<R>> g;
+  V<R> ci, cj;         ///< arms
+  Vec3L<V<R>> f;       ///< force on j
+  Vec3L<V<R>> ti, tj;  ///< torques
+  V<R> k, one;         ///< stiffness, 1 for a contact
+};
+
+template <class R, bool kMany, bool kPlain>
+GROUSER_INLINE void pair_geometry(const StepWork<R>& w, const std::uint32_t* oi, const std::uint32_t* oj,
+                                  Stage<R>& to) {
   const V<R> half = V<R>{} + R(0.5);
-  for (Block<R>* b = first; b != last; ++b) {
-    // The other grains of a later block: they lie in other rows of cells, where no hardware prefetcher looks.
-    if (last - b > kAhead)
-      for (int c = 0; c < kBlock; ++c) {
-        const std::size_t o = b[kAhead].j[c] & mask;
-        __builtin_prefetch(reinterpret_cast<const char*>(w.grains) + sizeof(R) / 2 * o);
-        __builtin_prefetch(reinterpret_cast<const char*>(w.loads) + sizeof(R) / 4 * o, 1);
-      }
-    for (int at = 0; at < kBlock; at += n) {
-      const std::uint32_t *oi = b->i + at, *oj = b->j + at;
-      const State<R> i = gather<R, kMany>(w.grains, oi), j = gather<R, kMany>(w.grains, oj);
-      Geometry<V<R>> g;
-      const Vec3L<V<R>> d = {metres<R>(j.px - i.px, w.unit[0]), metres<R>(j.py - i.py, w.unit[1]),
-                             metres<R>(j.pz - i.pz, w.unit[2])};
-      const V<R> d2 = dot(d, d), sum = i.r + j.r, inv_d = inverse_root(d2);
-      g.delta = sum - root(d2);
-      g.n = scaled(inv_d, d);
-      const V<R> cut = half * larger(g.delta, V<R>{}), ci = i.r - cut, cj = j.r - cut;
-      g.drift = {i.v.x - j.v.x, i.v.y - j.v.y, i.v.z - j.v.z};
-      const Vec3L<V<R>> turn = {ci * i.w.x + cj * j.w.x, ci * i.w.y + cj * j.w.y, ci * i.w.z + cj * j.w.z};
-      g.un = dot(g.drift, g.n);
-      g.u = add_cross(g.drift, turn, g.n);
-      g.spin = {i.w.x - j.w.x, i.w.y - j.w.y, i.w.z - j.w.z};
-      const V<R> prod = i.r * j.r, inv = inverse(prod * sum);
-      g.reff = (prod * prod) * inv;  // ri rj / (ri + rj)
-      g.inv_m = i.im + j.im;
-      const V<R> inv_prod = sum * inv;
-      const V<R> pi = i.im * (j.r * j.r), pj = j.im * (i.r * i.r);
-      const V<R> prod2 = prod * prod, inv_prod2 = inv_prod * inv_prod;
-      g.ieff = R(1.4) * prod2 * inverse(pi + pj);
-      const V<R> ni = i.count * i.im, nj = j.count * j.im;
-      g.mobility_t = R(3.5) * (ni + nj);
-      g.mobility_r = R(2.5) * (i.count * pi + j.count * pj) * inv_prod2;
-      g.area = V<R>{};
-      if (w.cohesive) {
-        // pi/4 delta (d + s)(d^2 - (ri - rj)^2)/d^2 with s = ri + rj
-        const V<R> wide = g.delta * (g.delta > 0 ? sum + sum - g.delta : V<R>{});
-        g.area = R(0.7853981633974483) * wide * (4 * prod - wide) * (inv_d * inv_d);
-      }
-      History<V<R>> h = {{load_as<V<R>>(b->s[0] + at), load_as<V<R>>(b->s[1] + at), load_as<V<R>>(b->s[2] + at)},
-                         {load_as<V<R>>(b->t[0] + at), load_as<V<R>>(b->t[1] + at), load_as<V<R>>(b->t[2] + at)}};
-      const Result<V<R>> r = contact_law<R, kLedger>(w, coefficients<R, kMany>(*w.law, oi), g, h, e);
-      store_as(b->s[0] + at, h.s.x);
-      store_as(b->s[1] + at, h.s.y);
-      store_as(b->s[2] + at, h.s.z);
-      store_as(b->t[0] + at, h.t.x);
-      store_as(b->t[1] + at, h.t.y);
-      store_as(b->t[2] + at, h.t.z);
-      const Vec3L<V<R>> f = plus(r.ft, r.fn, g.n), arm = cross(r.ft, g.n);
-      const Vec3L<V<R>> ti = {ci * arm.x + r.roll.x, ci * arm.y + r.roll.y, ci * arm.z + r.roll.z};
-      const Vec3L<V<R>> tj = {cj * arm.x - r.roll.x, cj * arm.y - r.roll.y, cj * arm.z - r.roll.z};
-      const V<R> one = g.delta > 0 ? V<R>{} + 1 : V<R>{};
-      scatter<R, mask>(w.loads, oi, oj, f, r.k, ti, tj, one);
+  const State<R> i = gather<R, kMany>(w.grains, oi), j = gather<R, kMany>(w.grains, oj);
+  const Vec3L<V<R>> d = {metres<R>(j.px - i.px, w.unit[0]), metres<R>(j.py - i.py, w.unit[1]),
+                         metres<R>(j.pz - i.pz, w.unit[2])};
+  const V<R> d2 = dot(d, d), sum = i.r + j.r, inv_d = inverse_root(d2);
+  Geometry<V<R>>& g = to.g;
+  const V<R> delta = sum - root(d2);
+  const Vec3L<V<R>> n = scaled(inv_d, d);
+  const V<R> cut = half * larger(delta, V<R>{}), ci = i.r - cut, cj = j.r - cut;
+  const Vec3L<V<R>> drift = {i.v.x - j.v.x, i.v.y - j.v.y, i.v.z - j.v.z};
+  const Vec3L<V<R>> turn = {ci * i.w.x + cj * j.w.x, ci * i.w.y + cj * j.w.y, ci * i.w.z + cj * j.w.z};
+  g.n = n;
+  g.delta = delta;
+  g.un = dot(drift, n);
+  g.u = add_cross(drift, turn, n);
+  g.spin = {i.w.x - j.w.x, i.w.y - j.w.y, i.w.z - j.w.z};
+  const V<R> prod = i.r * j.r, inv = inverse(prod * sum);
+  g.reff = (prod * prod) * inv;  // ri rj / (ri + rj)
+  g.inv_m = i.im + j.im;
+  const V<R> inv_prod = sum * inv;
+  const V<R> pi = i.im * (j.r * j.r), pj = j.im * (i.r * i.r);
+  const V<R> prod2 = prod * prod, inv_prod2 = inv_prod * inv_prod;
+  g.ieff = R(1.4) * prod2 * inverse(pi + pj);
+  g.mobility_t = R(3.5) * (i.count * i.im + j.count * j.im);
+  g.mobility_r = R(2.5) * (i.count * pi + j.count * pj) * inv_prod2;
+  if (!kPlain && w.rate_without_spin) g.drift = drift;
+  if (!kPlain && w.cohesive) {
+    // pi/4 delta (d + s)(d^2 - (ri - rj)^2)/d^2 with s = ri + rj
+    const V<R> wide = delta * (delta > 0 ? sum + sum - delta : V<R>{});
+    g.area = R(0.7853981633974483) * wide * (4 * prod - wide) * (inv_d * inv_d);
+  }
+  to.ci = ci;
+  to.cj = cj;
+}
+
+template <class R, bool kMany, bool kLedger, bool kPlain>
+GROUSER_INLINE void pair_law(const StepWork<R>& w, Block<R>& b, int at, Past<R>* past, Energies* e, Stage<R>& s) {
+  History<V<R>> h = {load3<V<R>, R>(b.s, at), load3<V<R>, R>(b.t, at)};
+  const Result<V<R>> r =
+      contact_law<R, kLedger, kPlain>(w, coefficients<R, kMany>(*w.law, b.i + at), s.g, h, past, at, e);
+  store3(b.s, at, h.s);
+  store3(b.t, at, h.t);
+  const Vec3L<V<R>> arm = cross(r.ft, s.g.n);
+  s.f = plus(r.ft, r.fn, s.g.n);
+  s.ti = {s.ci * arm.x + r.roll.x, s.ci * arm.y + r.roll.y, s.ci * arm.z + r.roll.z};
+  s.tj = {s.cj * arm.x - r.roll.x, s.cj * arm.y - r.roll.y, s.cj * arm.z - r.roll.z};
+  s.k = r.k;
+  s.one = s.g.delta > 0 ? V<R>{} + 1 : V<R>{};
+}
+
+/// Three stages, a few blocks at a time: the whole chain of a contact is longer than what a processor looks ahead, so
+/// that one loop over all of it waits for results most of the time.
+template <class R, bool kMany, bool kLedger, bool kPlain>
+void pairs_loop(const StepWork<R>& w, Block<R>* first, Block<R>* last, [[maybe_unused]] Past<R>* past, Energies* e) {
+  constexpr int n = LanesOf<R>::count;
+  constexpr std::ptrdiff_t parts = kBlock / n;
+  constexpr std::uint32_t mask = kMany ? ~(kUnit - 1) : ~0u;
+  Stage<R> stage[kBatch];
+  const std::ptrdiff_t all = (last - first) * parts;
+  for (std::ptrdiff_t begin = 0; begin < all; begin += kBatch) {
+    const std::ptrdiff_t end = begin + kBatch < all ? begin + kBatch : all;
+    for (std::ptrdiff_t p = begin; p < end; ++p) {
+      const Block<R>* b = first + p / parts;
+      const int at = static_cast<int>(p % parts) * n;
+      // The other grains of a later block: they lie in other rows of cells, where no hardware prefetcher looks.
+      if (last - b > kAhead)
+        for (int c = at; c < at + n; ++c) {
+          const std::size_t o = b[kAhead].j[c] & mask;
+          __builtin_prefetch(reinterpret_cast<const char*>(w.grains) + sizeof(R) / 2 * o);
+          __builtin_prefetch(reinterpret_cast<const char*>(w.loads) + sizeof(R) / 4 * o, 1);
+        }
+      pair_geometry<R, kMany, kPlain>(w, b->i + at, b->j + at, stage[p - begin]);
+    }
+    for (std::ptrdiff_t p = begin; p < end; ++p)
+      pair_law<R, kMany, kLedger, kPlain>(w, first[p / parts], static_cast<int>(p % parts) * n,
+                                          kLedger ? past + p / parts : nullptr, e, stage[p - begin]);
+    for (std::ptrdiff_t p = begin; p < end; ++p) {
+      const Block<R>& b = first[p / parts];
+      const int at = static_cast<int>(p % parts) * n;
+      const Stage<R>& s = stage[p - begin];
+      scatter<R, mask>(w.loads, b.i + at, b.j + at, s.f, s.k, s.ti, s.tj, s.one);
     }
   }
 }
 
 template <class R>
-void pairs(const StepWork<R>& w, Block<R>* first, Block<R>* last, Energies* e) {
+void pairs(const StepWork<R>& w, Block<R>* first, Block<R>* last, Past<R>* past, Energies* e) {
+  const bool plain = !(w.ch3 || w.spring_cap || w.cohesive || w.rate_without_spin);
   if (e)
-    pairs_loop<R, true, true>(w, first, last, e);
+    pairs_loop<R, true, true, false>(w, first, last, past, e);
+  else if (!plain)
+    pairs_loop<R, true, false, false>(w, first, last, past, e);
   else if (w.many)
-    pairs_loop<R, true, false>(w, first, last, e);
+    pairs_loop<R, true, false, true>(w, first, last, past, e);
   else
-    pairs_loop<R, false, false>(w, first, last, e);
+    pairs_loop<R, false, false, true>(w, first, last, past, e);
 }
 
 /// Grain against surface: R* = r, m* = m; the surface's own motion is in the block.
 template <class R, bool kLedger>
-void walls_loop(const StepWork<R>& w, WallBlock<R>* first, WallBlock<R>* last, Energies* e) {
+void walls_loop(const StepWork<R>& w, WallBlock<R>* first, WallBlock<R>* last, WallSum& total, Energies* e) {
   constexpr int n = LanesOf<R>::count;
   constexpr std::uint32_t mask = ~(kUnit - 1);
+  typedef typename LanesOf<R>::Wide Wide;
+  Wide force[3] = {}, torque[3] = {}, contacts{};
+  const auto add = [](Wide& to, V<R> x) { to += __builtin_convertvector(x, Wide); };
   for (WallBlock<R>* b = first; b != last; ++b) {
     for (int at = 0; at < kBlock; at += n) {
       const std::uint32_t* oi = b->i + at;
       const State<R> i = gather<R, true>(w.grains, oi);
-      const auto get = [at](const R(&a)[3][kBlock]) {
-        return Vec3L<V<R>>{load_as<V<R>>(a[0] + at), load_as<V<R>>(a[1] + at), load_as<V<R>>(a[2] + at)};
-      };
-      const auto put = [at](R(&a)[3][kBlock], const Vec3L<V<R>>& x) {
-        store_as(a[0] + at, x.x);
-        store_as(a[1] + at, x.y);
-        store_as(a[2] + at, x.z);
-      };
+      const auto get = [at](const R(&a)[3][kBlock]) { return load3<V<R>, R>(a, at); };
       Geometry<V<R>> g;
       g.n = get(b->n);
       g.delta = load_as<V<R>>(b->delta + at);
@@ -334,36 +372,49 @@ void walls_loop(const StepWork<R>& w, WallBlock<R>* first, WallBlock<R>* last, E
       g.mobility_r = R(2.5) * i.count * i.im * inverse(r2);
       g.area = R(3.141592653589793) * g.delta * (2 * g.reff - g.delta);
       History<V<R>> h = {get(b->s), get(b->t)};
-      const Result<V<R>> r = contact_law<R, kLedger>(w, coefficients<R, true>(*w.law, oi), g, h, e);
-      put(b->s, h.s);
-      put(b->t, h.t);
-      const Vec3L<V<R>> g_f = plus(r.ft, r.fn, g.n), arm = cross(r.ft, g.n);
-      const Vec3L<V<R>> f = {-g_f.x, -g_f.y, -g_f.z};
-      const Vec3L<V<R>> t = {ci * arm.x + r.roll.x, ci * arm.y + r.roll.y, ci * arm.z + r.roll.z};
-      put(b->f, f);
-      put(b->roll, r.roll);
+      Past<R>* past = kLedger ? &b->past : nullptr;
+      const Result<V<R>> r = contact_law<R, kLedger, false>(w, coefficients<R, true>(*w.law, oi), g, h, past, at, e);
+      store3(b->s, at, h.s);
+      store3(b->t, at, h.t);
+      const Vec3L<V<R>> f = plus(r.ft, r.fn, g.n), lever = cross(r.ft, g.n), arm = get(b->at);
+      const Vec3L<V<R>> t = {ci * lever.x + r.roll.x, ci * lever.y + r.roll.y, ci * lever.z + r.roll.z};
+      const V<R> one = g.delta > 0 ? V<R>{} + 1 : V<R>{};
+      // On the surface: f, and about the origin of the body. Without contact all of this is zero.
+      const Vec3L<V<R>> moment = cross(arm, f);
+      add(force[0], f.x);
+      add(force[1], f.y);
+      add(force[2], f.z);
+      add(torque[0], moment.x - r.roll.x);
+      add(torque[1], moment.y - r.roll.y);
+      add(torque[2], moment.z - r.roll.z);
+      add(contacts, one);
       constexpr std::size_t scale = sizeof(R) / 4;
       for (int c = 0; c < n; ++c) {
         Load<R>& a = *reinterpret_cast<Load<R>*>(reinterpret_cast<char*>(w.loads) + scale * (oi[c] & mask));
-        a.f[0] += f.x[c];
-        a.f[1] += f.y[c];
-        a.f[2] += f.z[c];
+        a.f[0] -= f.x[c];
+        a.f[1] -= f.y[c];
+        a.f[2] -= f.z[c];
         a.k += r.k[c];
         a.t[0] += t.x[c];
         a.t[1] += t.y[c];
         a.t[2] += t.z[c];
-        a.n += g.delta[c] > 0 ? R(1) : R(0);
+        a.n += one[c];
       }
     }
   }
+  for (int k = 0; k < 3; ++k) {
+    total.force[k] = sum_of(force[k]);
+    total.torque[k] = sum_of(torque[k]);
+  }
+  total.contacts = static_cast<int>(sum_of(contacts));
 }
 
 template <class R>
-void walls(const StepWork<R>& w, WallBlock<R>* first, WallBlock<R>* last, Energies* e) {
+void walls(const StepWork<R>& w, WallBlock<R>* first, WallBlock<R>* last, WallSum& sum, Energies* e) {
   if (e)
-    walls_loop<R, true>(w, first, last, e);
+    walls_loop<R, true>(w, first, last, sum, e);
   else
-    walls_loop<R, false>(w, first, last, e);
+    walls_loop<R, false>(w, first, last, sum, e);
 }
 
 /// Kick and drift; the sums are cleared for the next step.
@@ -378,9 +429,11 @@ GROUSER_INLINE void integrate_loop(const StepWork<R>& w, std::size_t first, std:
   const V8 kick = {w.gravity[0] * h, w.gravity[1] * h, w.gravity[2] * h, 0, 0, 0, 0, 0};
   const V8 decay = {keep, keep, keep, 1, keep, keep, keep, 1};
   const I8 translation = {-1, -1, -1, -1, 0, 0, 0, 0}, keep_sum = {0, 0, 0, 0, 0, 0, 0, -1};
+  const I8 magnitude = I8{} + std::numeric_limits<typename LanesOf<R>::Int>::max();
   const V4 to_units = {h / w.unit[0], h / w.unit[1], h / w.unit[2], 0};
   const I4 three = {-1, -1, -1, 0};
-  V8 fastest{}, stiffest{};
+  V8 stiffest{};
+  I8 fastest{};  // sizes as whole numbers: not-a-number is larger than any number and stays
   for (std::size_t k = first; k < last; ++k) {
     Grain<R>& g = w.grains[k];
     Load<R>& l = w.loads[k];
@@ -392,7 +445,7 @@ GROUSER_INLINE void integrate_loop(const StepWork<R>& w, std::size_t first, std:
     if constexpr (kDrag) v = v * decay;
     v = keep_sum ? sum : v;  // the last value counts contacts
     store_as(g.v, v);
-    const V8 size = v < 0 ? -v : v;
+    const I8 size = reinterpret_cast<I8>(v) & magnitude;
     fastest = size > fastest ? size : fastest;
     stiffest = a > stiffest ? a : stiffest;
     const V4 move = load_as<V4>(g.v) * to_units + load_as<V4>(g.rest);
@@ -400,7 +453,8 @@ GROUSER_INLINE void integrate_loop(const StepWork<R>& w, std::size_t first, std:
     store_as(g.p, load_as<I4>(g.p) + whole);
     store_as(g.rest, move - __builtin_convertvector(whole, V4));
   }
-  const double x = double(fastest[0]), y = double(fastest[1]), z = double(fastest[2]);
+  const V8 top = reinterpret_cast<V8>(fastest);
+  const double x = double(top[0]), y = double(top[1]), z = double(top[2]);
   limits.speed2 = x * x + y * y + z * z;
   limits.stiffness = double(stiffest[3]);
 }

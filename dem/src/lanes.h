@@ -38,6 +38,7 @@ struct LanesOf<float> {
   typedef std::int32_t I4 __attribute__((vector_size(16)));
   typedef float V8 __attribute__((vector_size(32)));
   typedef std::int32_t I8 __attribute__((vector_size(32)));
+  typedef double Wide __attribute__((vector_size(2 * GROUSER_DEM_BYTES)));
 };
 template <>
 struct LanesOf<double> {
@@ -49,6 +50,7 @@ struct LanesOf<double> {
   typedef std::int64_t I4 __attribute__((vector_size(32)));
   typedef double V8 __attribute__((vector_size(64)));
   typedef std::int64_t I8 __attribute__((vector_size(64)));
+  typedef double Wide __attribute__((vector_size(GROUSER_DEM_BYTES)));
 };
 using VF = LanesOf<float>::V;
 using VD = LanesOf<double>::V;

@@ -25,6 +25,17 @@ std::size_t Mesh::open_edges() const {
   return open;
 }
 
+bool Mesh::contains(const Vec3& x) const {
+  double angle = 0;
+  for (const auto& t : triangles) {
+    const Vec3 a = vertices[static_cast<std::size_t>(t[0])] - x, b = vertices[static_cast<std::size_t>(t[1])] - x,
+               c = vertices[static_cast<std::size_t>(t[2])] - x;
+    const double la = a.norm(), lb = b.norm(), lc = c.norm();
+    angle += 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+  }
+  return std::fabs(angle) > 2 * pi;  // 4 pi inside, 0 outside
+}
+
 double Mesh::area() const {
   double a = 0;
   for (const auto& t : triangles) {

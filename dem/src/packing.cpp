@@ -88,52 +88,126 @@ double total_mass(const std::vector<GrainState>& grains) {
   return m;
 }
 
-double settle(Solver& solver, double slow, double limit, const Progress& progress) {
-  const double begin = solver.time(), quantum = 0.02;
-  double last = 1e30;
-  while (solver.time() - begin < limit) {
-    solver.step_for(quantum);
-    double v2 = 0, m = 0;
-    for (const GrainState& g : solver.grains()) {
-      if (g.frozen) continue;
-      const double w = g.radius * g.radius * g.radius;
-      v2 += w * g.v.squaredNorm();
-      m += w;
-    }
-    const double v = std::sqrt(v2 / m);
-    if (progress) progress((solver.time() - begin) / limit, solver.time());
-    // Twice in a row, so that the turn of a bounce is not taken for rest.
-    if (v < slow && last < slow) break;
-    last = v;
+double rms_speed(const std::vector<GrainState>& grains) {
+  double v2 = 0, m = 0;
+  for (const GrainState& g : grains) {
+    if (g.frozen) continue;
+    const double w = g.radius * g.radius * g.radius * g.density;
+    v2 += w * g.v.squaredNorm();
+    m += w;
   }
-  return solver.time() - begin;
+  return m > 0 ? std::sqrt(v2 / m) : 0;
 }
 
-Packing pour_periodic(const SoilSettings& soil, double lx, double ly, double height, const Progress& progress) {
-  if (!(height > 0)) throw DemError("height of a packing must be positive");
-  // Enough for a packing as dense as spheres of these sizes get by falling, then cut at the height.
-  std::vector<GrainState> grains = scatter(soil, lx, ly, false, 0.62 * lx * ly * (height + soil.largest));
-  double top = 0;
-  for (const GrainState& g : grains) top = std::max(top, g.x[2] + g.radius);
+bool Settling::step(Solver& solver) {
+  const double before = solver.time();
+  solver.step_for(0.02);
+  spent_ += solver.time() - before;
+  const double v = rms_speed(solver.grains());
+  const bool rest = v < slow_ && last_ < slow_;
+  last_ = v;
+  return !rest && spent_ < limit_;
+}
+
+void Settling::traverse(State& s) {
+  const auto g = s.group("settling");
+  s.field("spent", spent_);
+  s.field("speed", last_);
+}
+
+SolverSettings solver_settings(const SoilSettings& soil) {
   SolverSettings s;
-  s.domain.lo = Vec3(0, 0, -0.01);
-  s.domain.hi = Vec3(lx, ly, top + 0.05);
   s.materials = soil.materials;
   s.law = soil.law;
   s.dt = soil.dt;
   s.precision = soil.precision;
+  return s;
+}
+
+namespace {
+
+/// Floor and, around a box, four planes.
+void add_container(Solver& solver, const PourSettings& p) {
+  solver.add_floor(0, 1);
+  if (!p.walls) return;
+  const int walls = solver.add_body({});
+  solver.add_plane(walls, Vec3::Zero(), Vec3::UnitX(), 1);
+  solver.add_plane(walls, Vec3(p.lx, 0, 0), -Vec3::UnitX(), 1);
+  solver.add_plane(walls, Vec3::Zero(), Vec3::UnitY(), 1);
+  solver.add_plane(walls, Vec3(0, p.ly, 0), -Vec3::UnitY(), 1);
+}
+
+void set_domain(SolverSettings& s, const PourSettings& p, double top) {
+  const double beyond = p.walls ? 0.01 : 0;
+  s.domain.lo = Vec3(-beyond, -beyond, -0.01);
+  s.domain.hi = Vec3(p.lx + beyond, p.ly + beyond, top + 0.05);
+  s.domain.periodic = {!p.walls, !p.walls, false};
+}
+
+}  // namespace
+
+Packing pour(const SoilSettings& soil, const PourSettings& p, const Progress& progress) {
+  if (!(p.height > 0)) throw DemError("height of a packing must be positive");
+  // A column gets as much as the densest packing by falling takes, and is cut at the height; a box its share by mass.
+  const double solid = p.walls ? soil.bulk_density / soil.density * p.lx * p.ly * p.height
+                               : 0.62 * p.lx * p.ly * (p.height + soil.largest);
+  std::vector<GrainState> grains = scatter(soil, p.lx, p.ly, p.walls, solid);
+  double top = 0;
+  for (const GrainState& g : grains) top = std::max(top, g.x[2] + g.radius);
+  SolverSettings s = solver_settings(soil);
+  set_domain(s, p, top);
+  Packing out;
+  out.lx = p.lx;
+  out.ly = p.ly;
+  out.walls = p.walls;
+  const auto rest = [&](Solver& solver, double limit) {
+    Settling settling(2e-3, limit);
+    while (settling.step(solver))
+      if (progress) progress(settling.spent() / limit, solver.time());
+    out.settle_time += settling.spent();
+    out.residual_speed = settling.speed();
+  };
   Solver solver(s, grains);
-  solver.add_floor();
-  Packing p;
-  p.settle_time = settle(solver, 2e-3, 1.5, progress);
-  for (const GrainState& g : solver.grains())
-    if (g.x[2] < height) p.grains.push_back(g);
-  for (GrainState& g : p.grains) g.v = g.w = Vec3::Zero();
-  p.height = surface_height(p.grains, lx, ly, soil.largest);
-  p.bulk_density = total_mass(p.grains) / (lx * ly * p.height);
-  for (GrainState& g : p.grains) g.density *= soil.bulk_density / p.bulk_density;
-  p.bulk_density = soil.bulk_density;
-  return p;
+  add_container(solver, p);
+  rest(solver, 1.5);
+  grains = solver.grains();
+  if (p.compaction > 0) {
+    for (const bool pressed : {true, false}) {
+      Solver again(s, grains);
+      add_container(again, p);
+      if (pressed) {
+        double highest = 0;
+        for (const GrainState& g : grains) highest = std::max(highest, g.x[2] + g.radius);
+        BodySettings lid;
+        lid.free = true;
+        lid.mass = p.compaction * p.lx * p.ly / s.gravity.norm();
+        lid.locked = {true, true, false, true, true, true};
+        lid.X_WB.p[2] = highest + 1e-5;
+        again.add_plane(again.add_body(lid), Vec3::Zero(), -Vec3::UnitZ(), 1);
+      }
+      rest(again, 1.0);
+      grains = again.grains();
+    }
+  }
+  for (const GrainState& g : grains)
+    if (p.walls || g.x[2] < p.height) out.grains.push_back(g);
+  for (GrainState& g : out.grains) g.v = g.w = Vec3::Zero();
+  out.height = surface_height(out.grains, p.lx, p.ly, soil.largest);
+  out.bulk_density = total_mass(out.grains) / (p.lx * p.ly * out.height);
+  if (soil.bulk_density > 0) {
+    for (GrainState& g : out.grains) g.density *= soil.bulk_density / out.bulk_density;
+    out.bulk_density = soil.bulk_density;
+  }
+  out.inputs = inputs_text(soil) + inputs_text(p);
+  return out;
+}
+
+Packing pour_periodic(const SoilSettings& soil, double lx, double ly, double height, const Progress& progress) {
+  PourSettings p;
+  p.lx = lx;
+  p.ly = ly;
+  p.height = height;
+  return pour(soil, p, progress);
 }
 
 std::vector<GrainState> tile(const std::vector<GrainState>& grains, double lx, double ly, int nx, int ny) {
@@ -146,6 +220,53 @@ std::vector<GrainState> tile(const std::vector<GrainState>& grains, double lx, d
         out.push_back(g);
       }
   return out;
+}
+
+Packing tile(const Packing& brick, int nx, int ny) {
+  if (brick.walls) throw DemError("a packing poured into a box cannot be repeated");
+  Packing p = brick;
+  p.grains = tile(brick.grains, brick.lx, brick.ly, nx, ny);
+  p.lx = nx * brick.lx;
+  p.ly = ny * brick.ly;
+  return p;
+}
+
+void cut_surface(Packing& p, const std::function<double(double, double)>& height) {
+  std::erase_if(p.grains, [&](const GrainState& g) {
+    const double x = p.walls ? g.x[0] : g.x[0] - p.lx * std::floor(g.x[0] / p.lx),
+                 y = p.walls ? g.x[1] : g.x[1] - p.ly * std::floor(g.x[1] / p.ly);
+    return g.x[2] > height(x, y);
+  });
+  if (p.grains.empty()) throw DemError("no grain is left below the surface asked for");
+  double widest = 0;
+  for (const GrainState& g : p.grains) widest = std::max(widest, 2 * g.radius);
+  p.height = surface_height(p.grains, p.lx, p.ly, widest);
+  p.bulk_density = total_mass(p.grains) / (p.lx * p.ly * p.height);
+}
+
+void freeze_edges(Packing& p, double border, double bottom) {
+  for (GrainState& g : p.grains)
+    g.frozen =
+        g.x[2] < bottom || g.x[0] < border || g.x[0] >= p.lx - border || g.x[1] < border || g.x[1] >= p.ly - border;
+}
+
+void relax(Packing& p, const SoilSettings& soil, double limit, const Progress& progress) {
+  SolverSettings s = solver_settings(soil);
+  double top = 0;
+  for (const GrainState& g : p.grains) top = std::max(top, g.x[2] + g.radius);
+  PourSettings box;
+  box.lx = p.lx;
+  box.ly = p.ly;
+  box.walls = p.walls;
+  set_domain(s, box, top);
+  Solver solver(s, p.grains);
+  add_container(solver, box);
+  Settling settling(2e-3, limit);
+  while (settling.step(solver))
+    if (progress) progress(settling.spent() / limit, solver.time());
+  p.grains = solver.grains();
+  p.residual_speed = settling.speed();
+  for (GrainState& g : p.grains) g.v = g.w = Vec3::Zero();
 }
 
 SoilSettings::SoilSettings() {

@@ -22,8 +22,9 @@ Shape Shape::cylinder(double radius, double half_width) {
   s.extent_ = std::isfinite(half_width) ? std::hypot(radius, half_width) : radius;
   return s;
 }
-Shape Shape::mesh(Mesh m) {
+Shape Shape::mesh(Mesh m, bool solid) {
   Shape s;
+  s.solid_ = solid;
   s.kind_ = ShapeKind::mesh;
   for (const Vec3& v : m.vertices) s.extent_ = std::max(s.extent_, v.norm());
   s.mesh_ = std::move(m);
@@ -124,6 +125,16 @@ Vec3 Shape::nearest_on(std::uint32_t triangle, const Vec3& p) const {
   if (va <= 0 && d4 >= d3 && d5 >= d6) return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
   const double sum = 1 / (va + vb + vc);
   return a + ab * (vb * sum) + ac * (vc * sum);
+}
+
+double Shape::distance(const Vec3& x, double beyond) const {
+  double d = beyond;
+  if (kind_ == ShapeKind::spheres) {
+    for (std::size_t k = 0; k < centres_.size(); ++k) d = std::min(d, (x - centres_[k]).norm() - radii_[k]);
+    return d;
+  }
+  each_part_near(x, [&](std::uint32_t part) { d = std::min(d, touch(part, x).distance); });
+  return solid_ && x.norm() < extent_ && mesh_.contains(x) ? -d : d;
 }
 
 Touch Shape::touch(std::uint32_t part, const Vec3& x) const {

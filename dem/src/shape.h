@@ -19,13 +19,12 @@ class Shape {
  public:
   static Shape plane(const Vec3& point, const Vec3& normal);
   static Shape cylinder(double radius, double half_width);  ///< about y; half_width infinite: no sides
-  static Shape mesh(Mesh m);
+  static Shape mesh(Mesh m, bool solid);
   static Shape spheres(std::vector<Vec3> centres, std::vector<double> radii);
 
   ShapeKind kind() const { return kind_; }
   const Vec3& point() const { return point_; }
   const Vec3& normal() const { return normal_; }
-  double reach() const;  ///< furthest point from the body's origin [m]; infinite for a plane
   /// Prepare the search for spheres up to this radius plus margin.
   void prepare(double reach);
   /// Parts that a sphere at x may touch; `f(part)` for each.
@@ -48,12 +47,16 @@ class Shape {
   /// Distance of a point from a triangle of the mesh.
   Vec3 nearest_on(std::uint32_t triangle, const Vec3& x) const;
   double extent() const { return extent_; }
+  /// Distance of a point from the surface, or `beyond` when it is outside the reach prepared for; negative inside a
+  /// cylinder, a sphere, a solid mesh, behind a plane.
+  double distance(const Vec3& x, double beyond) const;
 
  private:
   ShapeKind kind_ = ShapeKind::plane;
   Vec3 point_ = Vec3::Zero(), normal_ = Vec3::UnitZ();
   double radius_ = 0, half_width_ = 0, extent_ = 0;
   Mesh mesh_;
+  bool solid_ = false;
   std::vector<Vec3> centres_;
   std::vector<double> radii_;
   // Uniform cells over the parts, each listing what is within reach of any point in it.

@@ -37,7 +37,10 @@ constexpr double kPi = 3.14159265358979323846;
 
 [[noreturn]] void refuse(const char* format, auto... a) {
   char text[300];
-  std::snprintf(text, sizeof text, format, a...);
+  if constexpr (sizeof...(a) == 0)
+    std::snprintf(text, sizeof text, "%s", format);
+  else
+    std::snprintf(text, sizeof text, format, a...);
   throw DemError(text);
 }
 
@@ -55,16 +58,8 @@ class Engine final : public Solver::Impl {
     if (m < 1 || m > 5) refuse("%d materials; 1 to 5 are allowed", m);
     for (int a = 0; a < m; ++a)
       for (int b = 0; b < m; ++b) pair_type_.push_back(static_cast<std::uint8_t>(s.materials.index(a, b)));
-    grains_.resize(input.size() + 2);
-    loads_.resize(input.size() + 2);
+    grains_.resize(input.size());
     for (std::size_t k = 0; k < input.size(); ++k) put(input[k], grains_[k]);
-    for (std::size_t k = input.size(); k < grains_.size(); ++k) {
-      grains_[k] = Grain<R>{};
-      grains_[k].r = R(1e-6);
-      grains_[k].im = grains_[k].ii = 1;
-    }
-    grains_.back().p[0] = Int<R>{1} << (Space<R>::kBits - 2);
-    for (Load<R>& l : loads_) l = Load<R>{};
     for (std::size_t k = 0; k < input.size(); ++k) {
       ids_.push_back(static_cast<std::uint32_t>(k));
       material_.push_back(static_cast<std::uint8_t>(input[k].material));
@@ -73,10 +68,12 @@ class Engine final : public Solver::Impl {
     material_.shrink_to_fit();
     ids_.shrink_to_fit();
     size_.shrink_to_fit();
-    lists_.rebuild(space_, set.skin, grains_, ids_);
-    sorted_ = true;
-    ledger_.start = kinetic_energy();
-    last_momentum_ = momentum();
+    lists_.ledger = set.ledger;
+    lists_.prepare(space_, set.skin, grains_, ids_.size());
+    Team alone(1);
+    alone.together([&](int t) { sort(alone, t); });
+    kinetic_before_ = kinetic_energy();
+    momentum_before_ = momentum();
     const auto worst = lists_.deepest(space_, grains_, ids_);
     if (worst.share > 0.25)
       refuse("grains %u and %u overlap by %.3g m, more than a quarter of the smaller radius", worst.a, worst.b,
@@ -85,7 +82,7 @@ class Engine final : public Solver::Impl {
 
   int add_body(const BodySettings& b) override {
     if (b.free && !(b.mass > 0 && b.inertia.minCoeff() > 0)) refuse("a free body needs a positive mass and inertia");
-    walls_.bodies.push_back({b, b.X_WB, b.V_W, {}});
+    walls_.bodies.push_back({b, b.X_WB, b.V_W, {}, 0});
     return static_cast<int>(walls_.bodies.size()) - 1;
   }
   int add_surface(int body_number, Shape shape, int material) override {
@@ -101,11 +98,26 @@ class Engine final : public Solver::Impl {
     }
     double largest = 0;
     for (std::size_t k = 0; k < ids_.size(); ++k) largest = std::max(largest, double(grains_[k].r));
-    shape.prepare(largest + 2 * kLargestMargin);
+    shape.prepare(largest + kWallMargin);
+    refuse_buried(shape, b, body_number, largest);
     walls_.surfaces.push_back({body_number, material, std::move(shape), {}});
-    walls_.clear();
-    fresh_ = false;
+    for (Chunk& c : lists_.chunks()) c.walls_due = 1;
     return static_cast<int>(walls_.surfaces.size()) - 1;
+  }
+  /// A body may not start in the bed.
+  void refuse_buried(const Shape& shape, const Body& b, int body_number, double largest) const {
+    for (std::size_t k = 0; k < ids_.size(); ++k) {
+      const Grain<R>& g = grains_[k];
+      if (g.im == 0) continue;
+      const Vec3 x = walls_.local(space_, g, b);
+      const double r = double(g.r), d = shape.distance(x, largest);
+      if (d < 0.75 * r)
+        refuse(
+            "grain %u at (%.4g, %.4g, %.4g) m is %.3g m deep in surface %zu, of body %d; at most a quarter of its "
+            "radius, %.3g m, is allowed at the start",
+            ids_[k], space_.position(g)[0], space_.position(g)[1], space_.position(g)[2], r - d, walls_.surfaces.size(),
+            body_number, 0.25 * r);
+    }
   }
   Body& body(int k) override {
     if (k < 0 || k >= static_cast<int>(walls_.bodies.size())) refuse("body %d; there are %zu", k, walls_.bodies.size());
@@ -120,46 +132,15 @@ class Engine final : public Solver::Impl {
   void step(long n) override {
     if (n <= 0) return;
     const KernelOf<R>& k = of<R>(*kernel);
-    update_lists();
-    const int threads = std::clamp(set.threads, 1, static_cast<int>(chunks().size() + 1) / 2);
-    if (threads == 1) {
+    Team team(std::clamp(set.threads, 1, std::max(1, static_cast<int>(chunks().size()) / 2)));
+    team.together([&](int t) {
       for (long s = 0; s < n; ++s) {
-        update_lists();
-        pipeline(work(), k);
-        finish_step();
-      }
-      return;
-    }
-    Barrier barrier(threads);
-    std::exception_ptr failure;
-    std::atomic<bool> stop{false};
-    together(threads, [&](int t) {
-      for (long s = 0; s < n; ++s) {
-        if (t == 0) {
-          try {
-            if (s > 0) finish_step();
-            update_lists();
-          } catch (...) {
-            failure = std::current_exception();
-            stop = true;
-          }
-        }
-        barrier.wait();
-        if (stop) return;
-        const StepWork<R> w = work();
-        const std::size_t m = chunks().size(), half = (m + 1) / 2, T = static_cast<std::size_t>(threads),
-                          u = static_cast<std::size_t>(t);
-        for (std::size_t c = half * u / T; c < half * (u + 1) / T; ++c) contacts(2 * c, w, k);
-        barrier.wait();
-        for (std::size_t c = half * u / T; c < half * (u + 1) / T; ++c)
-          if (2 * c + 1 < m) contacts(2 * c + 1, w, k);
-        barrier.wait();
-        for (std::size_t c = m * u / T; c < m * (u + 1) / T; ++c) move(c, w, k);
-        barrier.wait();
+        if (sort_due_ && !sort(team, t)) return;
+        team.guard([&] { sweep(team, t, s, work(), k); });
+        team.first_done(t, s);  // also after a failure: somebody may be waiting
+        if (!team.wait([this] { finish_step(); })) return;
       }
     });
-    if (failure) std::rethrow_exception(failure);
-    finish_step();
   }
 
   std::vector<GrainState> grains() const override {
@@ -204,13 +185,13 @@ class Engine final : public Solver::Impl {
   Ledger ledger() const override {
     if (!set.ledger) refuse("the energy ledger was not asked for (settings.ledger)");
     Ledger l = ledger_;
-    l.kinetic = kinetic_energy();
-    for (const Body& b : walls_.bodies) l.bodies += b.report.work;
+    for (const Body& b : walls_.bodies) l.bodies += b.given;
     return l;
   }
   Counters counters() const override {
     Counters c = counters_;
     c.grains = ids_.size();
+    c.refreshes = renewed_ / chunks().size();
     c.listed = lists_.listed();
     c.candidates = lists_.candidates();
     double touching = 0;
@@ -224,12 +205,10 @@ class Engine final : public Solver::Impl {
 
   void traverse(State& s) override {
     s.field("time", time);
-    s.field("travelled", travelled_);
-    s.field("margin", margin_);
     s.field("stiffest", stiffest_);
-    s.field("fresh", fresh_);
+    s.field("sort_due", sort_due_);
+    s.field("surfaces_travelled", walls_.travelled);
     s.field("steps", counters_.steps);
-    s.field("listed", lists_.listed_);
     if (set.ledger) {
       auto g = s.group("ledger");
       double* x[] = {&ledger_.normal_spring,
@@ -242,19 +221,24 @@ class Engine final : public Solver::Impl {
                      &ledger_.rolling_slip,
                      &ledger_.tangential_change,
                      &ledger_.rolling_change,
+                     &ledger_.cohesion,
+                     &ledger_.kinetic,
+                     &kinetic_before_,
+                     &drag_before_,
                      &ledger_.drag,
                      &ledger_.gravity,
                      &ledger_.start};
       for (double* v : x) s.field("energy", *v);
-      s.field("momentum", last_momentum_);
+      s.field("momentum", momentum_before_);
     }
     raw(s, "ids", ids_);
     raw(s, "grains", grains_);
     const auto array = [&](const char* name, auto& a) { raw(s, name, a); };
     lists_.each_array(array);
-    walls_.each_array(array);
+    walls_.each_array(chunks().size(), array);
     if (s.loading()) {
-      sorted_ = !chunks().empty();
+      // Sums are zero between steps.
+      loads_.assign(grains_.size(), Load<R>{});
       limits_.assign(chunks().size(), StepLimits{});
       energies_.assign(chunks().size(), Energies{});
     }
@@ -267,6 +251,7 @@ class Engine final : public Solver::Impl {
     };
     for (Body& b : walls_.bodies) {
       auto g = s.group("body");
+      s.field("given", b.given);
       s.field("pose", b.X);
       s.field("twist", b.V);
       s.field("applied_force", b.set.force);
@@ -335,78 +320,90 @@ class Engine final : public Solver::Impl {
 
   const std::vector<Chunk>& chunks() const { return lists_.chunks(); }
 
-  void update_lists() {
-    if (fresh_ && travelled_ <= margin_) return;
+  /// By all threads of the team; false when it failed.
+  bool sort(Team& team, int t) {
     const auto begin = std::chrono::steady_clock::now();
-    // Twice the margin is given to pairs: each side may move by it.
-    if (!sorted_ || 2 * lists_.moved(space_, grains_) + 2 * kLargestMargin > set.skin) {
-      lists_.rebuild(space_, set.skin, grains_, ids_);
-      walls_.renumber(lists_.new_index());
-      sorted_ = true;
+    if (!lists_.rebuild(team, t, space_, grains_, ids_)) return false;
+    return team.wait([&] {
+      walls_.renumber(lists_.new_index(), chunks().size());
+      loads_.assign(grains_.size(), Load<R>{});
+      limits_.assign(chunks().size(), StepLimits{});
+      energies_.assign(chunks().size(), Energies{});
+      seconds_.assign(chunks().size(), 0.0);
+      sort_due_ = false;
       ++counters_.rebuilds;
-    }
-    double speed2 = 0;
-    for (std::size_t g = 0; g < ids_.size(); ++g) {
-      double v2 = 0;
-      for (int k = 0; k < 3; ++k) v2 += double(grains_[g].v[k]) * double(grains_[g].v[k]);
-      speed2 = std::max(speed2, v2);
-    }
-    if (!(speed2 < 1e6))
-      refuse("velocities are no longer finite at t = %.6g s: the step %.3g s is too large", time, set.dt);
-    margin_ = std::clamp(kLasts * (std::sqrt(speed2) + walls_.fastest()) * set.dt, 2e-6, kLargestMargin);
-    lists_.refresh(space_, 2 * margin_, grains_, ids_, pair_type_, material_,
-                   static_cast<int>(set.materials.materials.size()));
-    walls_.refresh(space_, 2 * margin_, grains_, chunks(), ids_, material_, set.materials);
-    limits_.assign(chunks().size(), StepLimits{});
-    energies_.assign(chunks().size(), Energies{});
-    travelled_ = 0;
-    fresh_ = true;
-    ++counters_.refreshes;
-    counters_.seconds_lists += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+      counters_.seconds_lists += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    });
   }
 
+  void refresh(std::size_t c) {
+    const auto begin = std::chrono::steady_clock::now();
+    Chunk& here = lists_.chunks()[c];
+    if (here.pairs_due)
+      lists_.refresh(c, space_, set.dt, grains_, ids_, pair_type_, material_,
+                     static_cast<int>(set.materials.materials.size()));
+    if (here.walls_due)
+      walls_.refresh(c, space_, set.dt, grains_, here, lists_.spare(c), ids_, material_, set.materials);
+    seconds_[c] = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  }
   void contacts(std::size_t c, const StepWork<R>& w, const KernelOf<R>& k) {
-    Block<R>* blocks = lists_.blocks().data();
+    if (chunks()[c].pairs_due || chunks()[c].walls_due) refresh(c);
     Energies* e = set.ledger ? &(energies_[c] = Energies{}) : nullptr;
-    k.pairs(w, blocks + chunks()[c].first_block, blocks + chunks()[c].last_block, e);
-    if (walls_.empty()) return;
-    walls_.geometry(c, space_, grains_);
-    k.walls(w, walls_.first(c), walls_.last(c), e);
+    if (!walls_.empty()) {
+      walls_.geometry(c, space_, grains_, ids_.size());
+      walls_.each_surface(
+          c, [&](WallBlock<R>* first, WallBlock<R>* last, WallSum& sum) { k.walls(w, first, last, sum, e); });
+    }
+    k.pairs(w, lists_.first(c), lists_.last(c), lists_.past(c), e);
   }
   void move(std::size_t c, const StepWork<R>& w, const KernelOf<R>& k) {
-    k.integrate(w, chunks()[c].first, chunks()[c].last, limits_[c]);
+    Chunk& here = lists_.chunks()[c];
+    k.integrate(w, here.first, here.last, limits_[c]);
+    here.speed = std::sqrt(limits_[c].speed2);
+    here.travelled += here.speed * set.dt;
   }
-  /// Every chunk is moved as soon as its sums are complete, while it is still in cache; the order of the sums is
-  /// all even chunks before all odd ones.
-  void pipeline(const StepWork<R>& w, const KernelOf<R>& k) {
+  /// Contacts and motion of the chunks of thread t, an even number in a row. A chunk is moved as soon as its sums are
+  /// complete, while it is still in cache. An odd chunk waits for both its neighbours, the last one for the first chunk
+  /// of the next thread.
+  void sweep(Team& team, int t, long step, const StepWork<R>& w, const KernelOf<R>& k) {
     const std::size_t n = chunks().size();
-    contacts(0, w, k);
-    for (std::size_t c = 2; c < n; c += 2) {
-      contacts(c, w, k);
-      contacts(c - 1, w, k);
-      move(c - 1, w, k);
-      move(c, w, k);
+    if (n == 1) {
+      contacts(0, w, k);
+      move(0, w, k);
+      return;
     }
-    if (n > 1) {
-      contacts(n - 1, w, k);
-      move(n - 1, w, k);
+    const auto [from, to] = team.share(n / 2, t);
+    contacts(2 * from, w, k);
+    team.first_done(t, step);
+    for (std::size_t c = 2 * from; c < 2 * to; c += 2) {
+      if (c + 2 < 2 * to)
+        contacts(c + 2, w, k);
+      else
+        team.wait_for_first((t + 1) % team.size(), step);
+      contacts(c + 1, w, k);
+      move(c + 1, w, k);
+      move((c + 2) % n, w, k);
     }
-    move(0, w, k);
   }
 
   void finish_step() {
-    double speed2 = 0, stiffness = 0;
-    for (const StepLimits& l : limits_) {
-      speed2 = std::max(speed2, l.speed2);
-      stiffness = std::max(stiffness, l.stiffness);
+    double speed = 0, stiffness = 0;
+    for (std::size_t c = 0; c < limits_.size(); ++c) {
+      if (!(limits_[c].speed2 < 1e6)) speed = 1e9;
+      stiffness = std::max(stiffness, limits_[c].stiffness);
+      if (seconds_[c] > 0) ++renewed_;
+      counters_.seconds_lists += seconds_[c];
+      seconds_[c] = 0;
     }
     stiffest_ = std::max(stiffest_ * 0.999, stiffness);
     if (stiffness * set.dt * set.dt > kStable * kStable)
       refuse("at t = %.6g s the step %.3g s is too large for the stiffness of the contacts; at most %.3g s", time,
              set.dt, kStable / std::sqrt(stiffness));
-    travelled_ += (std::sqrt(speed2) + walls_.fastest()) * set.dt;
+    if (speed > 0) refuse("velocities are no longer finite at t = %.6g s: the step %.3g s is too large", time, set.dt);
+    walls_.finish(set.dt, set.gravity, counters_.steps > 0);
     if (set.ledger) count_energies();
-    walls_.finish(set.dt, set.gravity, chunks().size());
+    walls_.forget_past();
+    sort_due_ = lists_.find_due(space_, grains_, walls_.travelled);
     time += set.dt;
     ++counters_.steps;
   }
@@ -414,28 +411,42 @@ class Engine final : public Solver::Impl {
   void count_energies() {
     Ledger& l = ledger_;
     l.normal_spring = l.tangential_spring = l.rolling_spring = 0;
+    Energies sum;
     for (const Energies& e : energies_) {
       l.normal_spring += e.normal_spring;
       l.tangential_spring += e.tangential_spring;
       l.rolling_spring += e.rolling_spring;
-      l.normal_damping += e.normal_damping;
-      l.tangential_damping += e.tangential_damping;
-      l.rolling_damping += e.rolling_damping;
-      l.sliding += e.sliding;
-      l.rolling_slip += e.rolling_slip;
-      l.tangential_change += e.tangential_change;
-      l.rolling_change += e.rolling_change;
+      sum.normal_damping += e.normal_damping;
+      sum.tangential_damping += e.tangential_damping;
+      sum.rolling_damping += e.rolling_damping;
+      sum.sliding += e.sliding;
+      sum.rolling_slip += e.rolling_slip;
+      sum.tangential_change += e.tangential_change;
+      sum.rolling_change += e.rolling_change;
+      sum.cohesion += e.cohesion;
     }
-    // Forces of a step act on the mean of the velocities before and after it.
-    const Vec3 p = momentum();
-    l.gravity += 0.5 * set.dt * set.gravity.dot(p + last_momentum_);
-    last_momentum_ = p;
-    const double kept = 1 - set.drag * set.dt;
-    l.drag += kinetic_energy() * (1 / (kept * kept) - 1);
+    // Positions are known at whole steps: so are the energies, motion by the mean of the half steps around.
+    const double kinetic = kinetic_energy(), kept = 1 - set.drag * set.dt;
+    const double drag = kinetic * (1 / (kept * kept) - 1);
+    l.kinetic = 0.5 * (kinetic_before_ + kinetic);
+    if (counters_.steps == 0) {
+      l.start = l.held();
+    } else {
+      l.normal_damping += sum.normal_damping;
+      l.tangential_damping += sum.tangential_damping;
+      l.rolling_damping += sum.rolling_damping;
+      l.sliding += sum.sliding;
+      l.rolling_slip += sum.rolling_slip;
+      l.tangential_change += sum.tangential_change;
+      l.rolling_change += sum.rolling_change;
+      l.cohesion += sum.cohesion;
+      l.gravity += set.dt * set.gravity.dot(momentum_before_);
+      l.drag += 0.5 * (drag_before_ + drag);
+    }
+    kinetic_before_ = kinetic;
+    drag_before_ = drag;
+    momentum_before_ = momentum();
   }
-
-  static constexpr double kLargestMargin = 5e-5;  ///< [m] of the contact list
-  static constexpr double kLasts = 80;            ///< steps a contact list should last
 
   Space<R> space_;
   struct Size {
@@ -452,10 +463,13 @@ class Engine final : public Solver::Impl {
   std::vector<StepLimits> limits_;
   std::vector<Energies> energies_;
   Ledger ledger_;
-  Vec3 last_momentum_ = Vec3::Zero();
+  double kinetic_before_ = 0, drag_before_ = 0;
+  Vec3 momentum_before_ = Vec3::Zero();
   Counters counters_;
-  bool fresh_ = false, sorted_ = false;
-  double travelled_ = 0, margin_ = 0, stiffest_ = 0;
+  std::vector<double> seconds_;  ///< spent on the lists of a chunk in this step
+  std::uint64_t renewed_ = 0;    ///< lists of chunks
+  bool sort_due_ = false;
+  double stiffest_ = 0;
 };
 
 void check(const SolverSettings& s, const std::vector<GrainState>& grains) {
@@ -496,7 +510,7 @@ int Solver::add_plane(int body, const Vec3& point, const Vec3& normal, int mater
   if (!(normal.norm() > 0)) refuse("normal of a plane is zero");
   return impl_->add_surface(body, Shape::plane(point, normal), material);
 }
-int Solver::add_mesh(int body, const Mesh& mesh, int material) {
+int Solver::add_mesh(int body, const Mesh& mesh, int material, bool solid) {
   if (mesh.triangles.empty()) refuse("mesh without triangles");
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& k = mesh.triangles[t];
@@ -506,7 +520,10 @@ int Solver::add_mesh(int body, const Mesh& mesh, int material) {
     const auto at = [&](std::size_t c) { return mesh.vertices[static_cast<std::size_t>(k[c])]; };
     if (!((at(1) - at(0)).cross(at(2) - at(0)).norm() > 1e-14)) refuse("triangle %zu has no area", t);
   }
-  return impl_->add_surface(body, Shape::mesh(mesh), material);
+  if (solid && mesh.open_edges() > 0)
+    refuse("the mesh is open: %zu edges belong to one triangle only; a solid body needs a closed mesh",
+           mesh.open_edges());
+  return impl_->add_surface(body, Shape::mesh(mesh, solid), material);
 }
 int Solver::add_cylinder(int body, double radius, double half_width, int material) {
   if (!(radius > 0) || !(half_width > 0))

@@ -56,6 +56,30 @@ struct alignas(64) Block {
   R t[3][kBlock];  ///< torque of the rolling spring on i [N m]
 };
 
+/// What the energy ledger remembers of the last step, per contact.
+template <class R>
+struct alignas(64) Past {
+  R normal[kBlock];          ///< force of the normal damper [N]
+  R tangential[3][kBlock];   ///< of the tangential damper, on j [N]
+  R rolling[3][kBlock];      ///< torque of the rolling damper on i [N m]
+  R rolling_spring[kBlock];  ///< energy [J]
+  R cohesion[kBlock];        ///< force [N]
+  void clear(std::size_t lane) {
+    normal[lane] = rolling_spring[lane] = cohesion[lane] = 0;
+    for (int k = 0; k < 3; ++k) tangential[k][lane] = rolling[k][lane] = 0;
+  }
+  /// `sign` -1: seen from the other grain.
+  void copy(std::size_t lane, const Past& from, std::size_t at, R sign) {
+    normal[lane] = from.normal[at];
+    rolling_spring[lane] = from.rolling_spring[at];
+    cohesion[lane] = from.cohesion[at];
+    for (int k = 0; k < 3; ++k) {
+      tangential[k][lane] = sign * from.tangential[k][at];
+      rolling[k][lane] = sign * from.rolling[k][at];
+    }
+  }
+};
+
 /// Contact of a grain with a surface: the same history, normal from the grain into the surface.
 template <class R>
 struct alignas(64) WallBlock {
@@ -65,8 +89,7 @@ struct alignas(64) WallBlock {
   R n[3][kBlock], delta[kBlock], curvature[kBlock];
   R v[3][kBlock], w[3][kBlock];  ///< velocity of the surface at the contact, its spin
   R at[3][kBlock];               ///< contact from the origin of the body
-  // Written by the law.
-  R f[3][kBlock], roll[3][kBlock];  ///< force and rolling torque on the grain
+  Past<R> past;                  ///< used with the ledger only
 };
 
 inline constexpr int kTypes = 16;  ///< pairs of materials at most

@@ -112,7 +112,8 @@ void write_table(const std::filesystem::path& file, const FitTable& t) {
 void write_fit(const FitReport& r, const std::filesystem::path& folder) {
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);
-  if (failed) throw ResultsError(folder.string() + ": cannot be made: " + failed.message());
+  if (failed)
+    throw ResultsError(folder.string() + ": cannot be made: " + failed.message() + "; choose another output folder");
   std::ofstream parameters = open(folder / "parameters.csv"), correlation = open(folder / "correlation.csv"),
                 fit = open(folder / "fit.csv");
   parameters << "section,parameter,unit,value,standard_error,lower_95,upper_95,note\n";

@@ -36,6 +36,8 @@ struct WheelData {
   DataTable table;
   std::vector<WheelPoint> points;
   std::string slip_text;
+  bool rim = true;
+  double slip_radius = 0;  ///< [m] of the stated slip
 };
 
 void read_channel(const ConfigNode& node, const DataTable& t, std::size_t c, std::vector<WheelPoint>& points) {
@@ -58,7 +60,7 @@ void read_channel(const ConfigNode& node, const DataTable& t, std::size_t c, std
 }
 
 WheelData read_points(const ConfigNode& node, const bekker::WheelSize& wheel) {
-  WheelData d{DataTable::load(node), {}, {}};
+  WheelData d{DataTable::load(node), {}, {}, true, 0};
   const DataTable& t = d.table;
   const std::vector<double> slip = t.quantity(node, "slip", "1"), load = t.quantity(node, "load", "N");
   const bool rim = node.choice("slip_definition", {"rim", "symmetric"}) == "rim";
@@ -86,6 +88,8 @@ WheelData read_points(const ConfigNode& node, const bekker::WheelSize& wheel) {
     p.sinkage_datum = of_tread ? wheel.lug_height : 0;
     p.condition = condition[i];
   }
+  d.rim = rim;
+  d.slip_radius = radius;
   d.slip_text = rim ? "slip, (r w - v)/(r w) [-]" : "slip, (r w - v)/max(|r w|, |v|) [-]";
   return d;
 }
@@ -256,7 +260,7 @@ void add_curves(const bekker::WheelSize& wheel, const WheelData& d, const WheelF
       curve.error.push_back(p.error[c] * info.shown);
     }
     if (curve.x.empty()) continue;
-    // The law between the points, at each slip with the values of the nearest row (loads may differ from row to row).
+    // The law between the points, at each slip with the load and slip angle of the nearest row.
     const auto [low, high] = std::minmax_element(d.points.begin(), d.points.end(),
                                                  [](auto& a, auto& b) { return a.stated_slip < b.stated_slip; });
     for (int k = 0; k <= 120; ++k) {
@@ -265,7 +269,7 @@ void add_curves(const bekker::WheelSize& wheel, const WheelData& d, const WheelF
         return std::abs(a.stated_slip - x) < std::abs(b.stated_slip - x);
       });
       WheelPoint p = *near;
-      p.slip += x - near->stated_slip;
+      p.slip = slip_at_radius(x, d.rim, d.slip_radius, wheel.outer_radius());
       if (p.slip < -1 || p.slip > 0.999) continue;
       const WheelPrediction now = predict(wheel, f.soil, p, method);
       curve.line_x.push_back(x);

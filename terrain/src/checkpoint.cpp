@@ -10,6 +10,7 @@
 #include <fstream>
 #include <set>
 
+#include "grouser/terrain/file_target.h"
 #include "grouser/terrain/recorder.h"
 #include "recorder_hdf5.h"
 
@@ -124,18 +125,20 @@ void write_checkpoint(const std::filesystem::path& file, const Checkpoint& c) {
   bytes.insert(bytes.end(), mark.begin(), mark.end());
   for (int i = 0; i < 8; ++i) bytes.push_back(static_cast<char>((hash >> (8 * i)) & 0xff));
 
-  const std::filesystem::path temporary = file.string() + ".part";
+  const FileTarget target = file_target(file);
+  if (target.stream) fail(file, "is a device or a pipe; HDF5 needs a file of its own");
+  const std::filesystem::path temporary = target.path.string() + ".part";
   {
     const Descriptor d{::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)};
     if (d.fd < 0) fail(file, std::string("cannot be written: ") + std::strerror(errno));
     write_all(d.fd, bytes.data(), bytes.size(), file);
     if (::fsync(d.fd) != 0) fail(file, std::string("cannot be written: ") + std::strerror(errno));
   }
-  if (std::rename(temporary.c_str(), file.c_str()) != 0)
+  if (std::rename(temporary.c_str(), target.path.c_str()) != 0)
     fail(file, std::string("cannot be written: ") + std::strerror(errno));
   // The new name itself must survive a power cut too.
-  const Descriptor folder{
-      ::open(file.has_parent_path() ? file.parent_path().c_str() : ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
+  const Descriptor folder{::open(target.path.has_parent_path() ? target.path.parent_path().c_str() : ".",
+                                 O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
   if (folder.fd >= 0) ::fsync(folder.fd);
 }
 

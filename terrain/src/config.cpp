@@ -8,6 +8,8 @@
 namespace grouser {
 namespace {
 
+constexpr std::size_t longest = 1200;  // [bytes] of a message
+
 std::string joined(const std::vector<Diagnostic>& d) {
   std::string text;
   for (const Diagnostic& x : d) text += (text.empty() ? "" : "\n") + x.text();
@@ -39,9 +41,14 @@ std::size_t edits(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string Diagnostic::text() const {
-  if (line <= 0) return file + ": " + message;
-  if (column <= 0) return file + ":" + std::to_string(line) + ": " + message;
-  return file + ":" + std::to_string(line) + ":" + std::to_string(column) + ": " + message;
+  // A value of a thousand characters must not hide the remedy, which stands at the end.
+  const std::string shown = message.size() <= longest ? printable(message)
+                                                      : printable(message.substr(0, 2 * longest / 3)) + " ... " +
+                                                            printable(message.substr(message.size() - longest / 3));
+  std::string at = printable(file);
+  if (line > 0) at += ":" + std::to_string(line);
+  if (line > 0 && column > 0) at += ":" + std::to_string(column);
+  return at + ": " + shown;
 }
 
 ConfigError::ConfigError(std::vector<Diagnostic> d) : std::runtime_error(joined(d)), diagnostics_(std::move(d)) {}

@@ -6,6 +6,7 @@
 
 #include "config_impl.h"
 #include "config_syntax.h"
+#include "text_check.h"
 
 namespace grouser {
 namespace {
@@ -97,6 +98,7 @@ ConfigDocument ConfigDocument::from_text(std::string text, std::string name, std
   Impl& d = *out.impl_;
   d.file = std::move(name);
   d.base = std::move(base_directory);
+  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // yaml-cpp counts places without it
   d.text = std::move(text);
   const auto note = [&d](const YAML::Mark& m, const std::string& message) {
     d.note({d.file, std::max(1, mark_line(m)), std::max(1, mark_column(m)), message});
@@ -128,9 +130,15 @@ ConfigDocument ConfigDocument::from_file(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   std::ostringstream text;
   text << in.rdbuf();
-  if (!in) return failed("the file cannot be read");
+  if (!in) return failed("the file cannot be read; look at its permissions");
+  if (const auto wrong = find_non_text(text.view(), "a YAML file", true)) {
+    ConfigDocument out = from_text("", path.string(), path.parent_path());
+    out.impl_->note({path.string(), wrong->line, wrong->column, wrong->message});
+    return out;
+  }
   ConfigDocument out = from_text(text.str(), path.string(), path.parent_path());
-  if (out.diagnostics().empty() && !out.root().present()) out.impl_->note({path.string(), 1, 1, "the file is empty"});
+  if (out.diagnostics().empty() && !out.root().present())
+    out.impl_->note({path.string(), 1, 1, "the file is empty; 'key: value' lines are wanted"});
   return out;
 }
 

@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "yaml_remedy.h"
+
 namespace grouser {
 
 namespace {
@@ -144,8 +146,9 @@ SyntaxFault explain_syntax(const std::string& text, int line, int column, const 
   const std::vector<std::string_view> lines = lines_of(text);
   const auto here = line >= 1 && line <= static_cast<int>(lines.size()) ? lines[static_cast<std::size_t>(line) - 1]
                                                                         : std::string_view();
-  if (here.substr(0, indent(here)).find('\t') != std::string_view::npos)
-    return {line, column, head + said + "; this line is indented with a tab: use spaces"};
+  if (const std::size_t tab = here.substr(0, indent(here)).find('\t'); tab != std::string_view::npos)
+    return {line, static_cast<int>(tab) + 1, head + said + "; this line is indented with a tab: use spaces"};
+  if (said.starts_with("unknown escape character") && column >= 3) column -= 2;  // from behind it to its backslash
   if (said.find("flow") != std::string::npos) {
     std::size_t end = 0;
     for (int i = 1; i < line && end < text.size(); ++i) end = std::min(text.find('\n', end), text.size() - 1) + 1;
@@ -167,7 +170,7 @@ SyntaxFault explain_syntax(const std::string& text, int line, int column, const 
   if (said.find("end of map not found") != std::string::npos ||
       said.find("end of sequence not found") != std::string::npos)
     return {line, column, head + "this line begins in another column than the lines it belongs to; align them"};
-  return {line, column, head + said};
+  return {line, column, head + with_remedy(said)};
 }
 
 }  // namespace grouser

@@ -51,8 +51,11 @@ struct Wanted {
   }
   std::string example(const std::string& figures) const { return bare() ? figures : figures + " " + unit; }
   std::string example() const {
-    const double inside = range.contains(scale.scale) ? 1 : any_inside(range) / scale.scale;
-    return example(units::number(inside));
+    // Not at an end of the range: that is rarely what is meant.
+    const bool one = range.contains(scale.scale) && scale.scale != range.lower && scale.scale != range.upper;
+    const double half = std::isfinite(range.upper) ? 0.5 * range.upper : range.lower;
+    const double inside = one ? scale.scale : range.contains(half) ? half : any_inside(range);
+    return example(units::number(inside / scale.scale));
   }
 };
 
@@ -134,6 +137,13 @@ std::optional<double> convert(const Parts& p, const std::string& written, const 
     const bool same = readable(w.range.lower) && readable(w.range.upper);
     fail = "'" + written + "' is out of range; allowed is " +
            (same ? range_text(w.range, given.scale, p.unit) : range_text(w.range, w.scale.scale, w.unit));
+    return std::nullopt;
+  }
+  // Beyond any range: no quantity here is larger or, but for zero, smaller; products of such numbers leave the floating-point range.
+  constexpr double huge = 1e18, tiny = 1e-100;
+  if (std::abs(si) > huge || (si != 0 && std::abs(si) < tiny)) {
+    fail = "'" + written + "' is " + (std::abs(si) > 1 ? "too large" : "too small") +
+           " to be meant: allowed in SI units is 0, or 1e-100 to 1e18; check the exponent and the unit";
     return std::nullopt;
   }
   return si;

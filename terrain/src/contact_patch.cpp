@@ -33,6 +33,12 @@ constexpr double kShift = 1e-5;  // [m] half the difference for a slope across
 /// Angle of a point of the circle from the bottom, positive to +x.
 double angle_of(double x, double w) { return std::atan2(x, -w); }
 
+/// A piece of ground this low and this far out cannot meet the disc: all of it is below w and beyond x. Spares most pieces the cut.
+bool clear_of_disc(double r2, double xa, double wa, double xb, double wb) {
+  const double w = std::max(wa, wb), x = xa > 0 ? xa : std::min(0.0, xb);
+  return w <= 0 && x * x + w * w >= r2;
+}
+
 /// Polyline (x0 + k d, w[k]) cut at the circle. Green's theorem: area = 1/2 sum of cross products + arcs.
 /// q[k]: fall of the polyline at vertex k for a shift of the disc along its axis; linear between the vertices like the polyline itself, so
 /// that the integral of q is exactly what the area gains.
@@ -47,8 +53,8 @@ Overlap overlap(double r, double x0, double d, const double* w, const double* q,
     const double dw = wb - wa;
     if (xa <= 0 && xb > 0 && wa - xa / d * dw > r) over_top = true;
     double s0 = 0, s1 = 1;
-    bool inside = true;
-    if (da >= 0 || db >= 0) {
+    bool inside = !clear_of_disc(r2, xa, wa, xb, wb);
+    if (inside && (da >= 0 || db >= 0)) {
       // Cut |a + s (b - a)|^2 = r^2, in the stable form of the quadratic.
       const double A = d * d + dw * dw, B = xa * d + wa * dw, D = B * B - A * da;
       inside = D > 0;
@@ -178,6 +184,7 @@ ContactPatch PatchFinder::find(const WheelPose& wheel, const Ground& ground) {
       // Pieces k to k + 1 that come within the disc, first to last; the fall elsewhere is not asked for.
       const auto within = [&](int k) {
         const double x = x0 + k * spacing, dw = w[k + 1] - w[k];
+        if (clear_of_disc(r * r, x, w[k], x + spacing, w[k + 1])) return false;
         const double t = std::clamp(-(x * spacing + w[k] * dw) / (spacing * spacing + dw * dw), 0.0, 1.0);
         const double px = x + t * spacing, pw = w[k] + t * dw;
         return px * px + pw * pw < r * r;

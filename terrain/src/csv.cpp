@@ -7,9 +7,25 @@
 #include <fstream>
 #include <sstream>
 
+#include "text_check.h"
+
 namespace grouser {
 
 namespace {
+/// The first line of a table whose cells are separated by something else than commas.
+void refuse_other_separator(const std::filesystem::path& file, const CsvFile::Row& first) {
+  const bool commas = first.text.find(',') != std::string_view::npos;
+  bool quoted = false;
+  for (std::size_t i = 0; i < first.text.size(); ++i) {
+    const char c = first.text[i];
+    if (c == '"') quoted = !quoted;
+    if (quoted || (c != ';' && (c != '\t' || commas))) continue;
+    throw ConfigError(file.string(), first.line, static_cast<int>(i) + 1,
+                      std::string("the cells are separated by ") + (c == ';' ? "';'" : "tabs") +
+                          "; separate them by commas, and write the decimal sign as a point");
+  }
+}
+
 bool blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
 std::string_view trimmed(std::string_view s) {
@@ -64,6 +80,8 @@ std::string read_text_file(const std::filesystem::path& file) {
     throw ConfigError(
         file.string(), 0, 0,
         folder ? "this is a folder; a file is wanted" : "cannot read the file; is it there, and readable?");
+  if (const auto wrong = find_non_text(text.view(), "a text file", false))
+    throw ConfigError(file.string(), wrong->line, wrong->column, wrong->message);
   return std::move(text).str();
 }
 
@@ -94,6 +112,7 @@ CsvFile CsvFile::read(const std::filesystem::path& file) {
     else
       f.rows_.push_back({number, line});
   }
+  if (!f.rows_.empty()) refuse_other_separator(file, f.rows_.front());
   return f;
 }
 

@@ -8,7 +8,7 @@
 namespace grouser {
 namespace {
 
-constexpr Range length{0, 10, true, false};  // [m] a wheel larger than this is a wrong unit
+constexpr Range length{1e-4, 10, false, false};  // [m] a wheel larger or smaller than this is a wrong unit
 
 std::string millimetres(double x) { return units::number(1000 * x) + " mm"; }
 
@@ -86,7 +86,9 @@ RunningGear load_running_gear(const ConfigNode& root) {
   RunningGear gear;
   gear.name = root.text("wheel");
   root.text("source");
+  const std::size_t before = root.errors();
   const std::string shape = root.choice("shape", {"smooth", "lugged", "mesh"});
+  if (root.errors() != before) return gear;  // which keys belong here only the shape says
   if (shape == "smooth") gear.shape = load_smooth(root);
   if (shape == "lugged") gear.shape = load_lugged(root);
   if (shape == "mesh") gear.shape = load_mesh(root);

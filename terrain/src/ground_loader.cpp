@@ -16,6 +16,12 @@ namespace grouser {
 
 namespace {
 
+// Far beyond any test ground: what lies outside is a wrong unit or exponent.
+constexpr Range place{-1e6, 1e6, false, false};       // [m]
+constexpr Range reach{0, 1e6, false, false};          // [m]
+constexpr Range length{1e-6, 1e6, false, false};      // [m]
+constexpr Range per_length{1e-9, 1e6, false, false};  // [1/m]
+
 const std::map<std::string, Outside> outside_names = {
     {"extend", Outside::extend}, {"mirror", Outside::mirror}, {"repeat", Outside::repeat}, {"error", Outside::error}};
 
@@ -39,14 +45,14 @@ GroundPtr checked(const ConfigNode& n, Read read, Build build) {
 GroundFrame read_frame(const ConfigNode& n, bool with_lateral) {
   GroundFrame f;
   f.heading = n.quantity_or("heading", 0, "deg", Range::between(-pi, pi));
-  f.start = n.quantity_or("start", 0, "m");
-  if (with_lateral) f.lateral = n.quantity_or("lateral", 0, "m");
+  f.start = n.quantity_or("start", 0, "m", place);
+  if (with_lateral) f.lateral = n.quantity_or("lateral", 0, "m", place);
   return f;
 }
 
 GroundPtr read_flat(const ConfigNode& n) {
   return checked(
-      n, [&] { return n.quantity_or("height", 0, "m"); }, [](double z) { return flat_ground(z); });
+      n, [&] { return n.quantity_or("height", 0, "m", place); }, [](double z) { return flat_ground(z); });
 }
 
 GroundPtr read_slope(const ConfigNode& n) {
@@ -55,7 +61,7 @@ GroundPtr read_slope(const ConfigNode& n) {
       [&] {
         SlopeSettings p;
         p.angle = n.quantity("angle", "deg", Range::between(-pi / 3, pi / 3));
-        p.transition = n.quantity_or("transition", 0, "m", Range::non_negative());
+        p.transition = n.quantity_or("transition", 0, "m", reach);
         p.frame = read_frame(n, false);
         return p;
       },
@@ -67,8 +73,8 @@ GroundPtr read_step(const ConfigNode& n) {
       n,
       [&] {
         StepSettings p;
-        p.height = n.quantity("height", "m");
-        p.ramp = n.quantity_or("ramp", 0, "m", Range::non_negative());
+        p.height = n.quantity("height", "m", place);
+        p.ramp = n.quantity_or("ramp", 0, "m", reach);
         p.frame = read_frame(n, false);
         return p;
       },
@@ -80,18 +86,18 @@ GroundPtr read_sinusoid(const ConfigNode& n) {
       n,
       [&] {
         SinusoidSettings p;
-        p.amplitude = n.quantity("amplitude", "mm", Range::non_negative());
+        p.amplitude = n.quantity("amplitude", "mm", Range::between(0, 1e3));
         const bool by_period = n.has("period"), by_wavenumber = n.has("wavenumber");
         if (by_period == by_wavenumber)
           n.error(by_period ? "'period' and 'wavenumber' are both given; one of them says it all"
                             : "give 'period' (for example 195 mm) or 'wavenumber' (for example 32.2 rad/m)");
-        if (by_period) p.wavenumber = 2 * pi / n.quantity("period", "mm", Range::positive());
-        if (by_wavenumber) p.wavenumber = n.quantity("wavenumber", "rad/m", Range::positive());
-        p.phase = n.quantity_or("phase", 0, "deg");
-        p.run_in = n.quantity_or("run_in", 0, "m", Range::non_negative());
+        if (by_period) p.wavenumber = 2 * pi / n.quantity("period", "mm", length);
+        if (by_wavenumber) p.wavenumber = n.quantity("wavenumber", "rad/m", per_length);
+        p.phase = n.quantity_or("phase", 0, "deg", Range::between(-100, 100));
+        p.run_in = n.quantity_or("run_in", 0, "m", reach);
         p.bounded_start = n.has("start");
         p.frame = read_frame(n, false);
-        if (const auto end = n.optional_quantity("end", "m")) {
+        if (const auto end = n.optional_quantity("end", "m", place)) {
           p.length = *end - p.frame.start;
           if (!(p.length > 0))
             n.error_at("end", "must lie beyond the start at " + ground_detail::number(p.frame.start) + " m");
@@ -112,25 +118,25 @@ GroundPtr read_iso8608(const ConfigNode& n, std::uint64_t seed) {
           n.error(by_class ? "'class' and 'roughness' are both given; one of them says it all"
                            : "give 'class' (A..H) or 'roughness' (Gd at 0.1 cycle/m, for example 4096e-6 m^3)");
         if (by_class) p.roughness = iso8608_roughness(n.choice("class", {"A", "B", "C", "D", "E", "F", "G", "H"})[0]);
-        if (by_roughness) p.roughness = n.quantity("roughness", "m^3", Range::positive());
+        if (by_roughness) p.roughness = n.quantity("roughness", "m^3", {0, 1e3, true, false});
         p.waviness = n.quantity_or("waviness", p.waviness, "1", Range::between(1, 4));
         // In SI a spatial frequency is in rad/m; the standard's is in cycles/m.
-        if (const auto k = n.optional_quantity("lowest", "cycle/m", Range::positive())) p.lowest = *k / (2 * pi);
-        if (const auto k = n.optional_quantity("highest", "cycle/m", Range::positive())) p.highest = *k / (2 * pi);
+        if (const auto k = n.optional_quantity("lowest", "cycle/m", per_length)) p.lowest = *k / (2 * pi);
+        if (const auto k = n.optional_quantity("highest", "cycle/m", per_length)) p.highest = *k / (2 * pi);
         const std::string coherence = n.choice_or("coherence", "isotropic", {"isotropic", "exponential", "full"});
         p.coherence = coherence == "full"          ? Coherence::full
                       : coherence == "exponential" ? Coherence::exponential
                                                    : Coherence::isotropic;
         if (p.coherence == Coherence::full)
-          p.track_width = n.quantity_or("track_width", 1, "m", Range::positive());
+          p.track_width = n.quantity_or("track_width", 1, "m", length);
         else
-          p.track_width = n.quantity("track_width", "m", Range::positive());
+          p.track_width = n.quantity("track_width", "m", length);
         if (p.coherence == Coherence::exponential)
-          p.decay = n.quantity("decay", "1", Range::non_negative());
+          p.decay = n.quantity("decay", "1", Range::between(0, 1e6));
         else if (n.has("decay"))
           n.error_at("decay", "belongs to 'coherence: exponential'");
-        p.period = n.quantity_or("period", p.period, "m", Range::positive());
-        p.run_in = n.quantity_or("run_in", 0, "m", Range::non_negative());
+        p.period = n.quantity_or("period", p.period, "m", length);
+        p.run_in = n.quantity_or("run_in", 0, "m", reach);
         p.frame = read_frame(n, true);
         p.seed =
             n.has("seed") ? static_cast<std::uint64_t>(n.integer("seed", 0, std::numeric_limits<long>::max())) : seed;
@@ -165,16 +171,21 @@ HeightMapSettings read_height_map_settings(const ConfigNode& n) {
   p.format = e == ".png" ? "png" : e == ".asc" ? "esri" : e == ".csv" ? "csv" : "";
   if (n.has("format"))
     p.format = n.choice("format", {"png", "esri", "csv"});
-  else if (p.format.empty() && !p.file.empty())
+  else if (p.format.empty() && std::filesystem::is_regular_file(p.file))
     n.error_at("file",
                "the format is not clear from '" + p.file.filename().string() + "'; add 'format: png', 'esri' or 'csv'");
   // A key of another format is an unknown key here.
-  if (p.format == "png" || p.format == "csv") p.spacing = n.quantity("spacing", "m", Range::positive());
-  if (p.format == "png") p.range = n.quantities("height_range", "m", 2);
+  if (p.format == "png" || p.format == "csv") p.spacing = n.quantity("spacing", "m", length);
+  if (p.format == "png" && !n.has("height_range")) {
+    n.node("height_range");
+    n.error("missing key 'height_range', the heights of black and white; for example 'height_range: [0 m, 1 m]'");
+  } else if (p.format == "png") {
+    p.range = n.quantities("height_range", "m", 2, place);
+  }
   if (p.format == "csv") p.height_unit = read_length_unit(n, "height_unit");
   if (p.format == "esri" && n.has("height_unit")) p.height_unit = read_length_unit(n, "height_unit");
   if (n.has("lower_left")) p.lower_left = n.quantities("lower_left", "m", 2);
-  p.offset = n.quantity_or("offset", 0, "m");
+  p.offset = n.quantity_or("offset", 0, "m", place);
   p.outside = outside_names.at(n.choice_or("outside", "extend", {"extend", "mirror", "error"}));
   if (p.range.size() == 2 && !(p.range[0] < p.range[1]))
     n.error_at("height_range", "the first height (black) must be below the second (white)");
@@ -204,8 +215,8 @@ ProfileRequest read_profile_request(const ConfigNode& n) {
   p.file = n.existing_file("file");
   p.columns.length_unit = read_length_unit(n, "length_unit");
   p.columns.height_unit = read_length_unit(n, "height_unit");
-  p.columns.lateral_first = n.optional_quantity("lateral_first", "m");
-  p.columns.lateral_spacing = n.optional_quantity("lateral_spacing", "m");
+  p.columns.lateral_first = n.optional_quantity("lateral_first", "m", place);
+  p.columns.lateral_spacing = n.optional_quantity("lateral_spacing", "m", place);
   if (p.columns.lateral_spacing && !p.columns.lateral_first)
     n.error_at("lateral_spacing", "needs 'lateral_first' next to it");
   if (p.columns.lateral_spacing == 0.0)
@@ -214,11 +225,11 @@ ProfileRequest read_profile_request(const ConfigNode& n) {
   p.settings.detrend = detrend == "plane"  ? ProfileSettings::Detrend::plane
                        : detrend == "mean" ? ProfileSettings::Detrend::mean
                                            : ProfileSettings::Detrend::none;
-  p.settings.offset = n.quantity_or("offset", 0, "m");
-  p.settings.run_in = n.quantity_or("run_in", 0, "m", Range::non_negative());
+  p.settings.offset = n.quantity_or("offset", 0, "m", place);
+  p.settings.run_in = n.quantity_or("run_in", 0, "m", reach);
   p.settings.outside = outside_names.at(n.choice_or("outside", "extend", {"extend", "mirror", "repeat", "error"}));
   if (p.settings.outside == Outside::repeat)
-    p.settings.seam = n.quantity("seam", "m", Range::positive());
+    p.settings.seam = n.quantity("seam", "m", length);
   else if (n.has("seam"))
     n.error_at("seam", "belongs to 'outside: repeat'");
   p.settings.frame = read_frame(n, true);

@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 
+#include "grouser/terrain/file_target.h"
 #include "recorder_hdf5.h"
 
 namespace grouser {
@@ -98,7 +99,8 @@ struct Recorder::Impl {
   }
 
   void flush() {
-    if (rows > 0) {
+    const bool more = rows > 0;
+    if (more) {
       for (Channel& c : channels) append(c);
       append(time);
       written += rows;
@@ -106,6 +108,11 @@ struct Recorder::Impl {
     }
     secure_file_end(file.get(), path);
     must(H5Fflush(file.get(), H5F_SCOPE_LOCAL), path, "write to disk; is the disk full?");
+    // A kill within the flush may leave longer channels whose last chunk is not in the index yet: count what is whole.
+    if (more) {
+      write_integer(file.get(), frames_attribute, static_cast<std::int64_t>(written), path);
+      must(H5Fflush(file.get(), H5F_SCOPE_LOCAL), path, "write to disk; is the disk full?");
+    }
     if (temporary.empty()) return;
     // From here on the file is whole: give it its name.
     if (std::rename(temporary.c_str(), path.c_str()) != 0)
@@ -152,11 +159,13 @@ Recorder::~Recorder() {
 Recorder Recorder::create(const std::filesystem::path& file, const RunAttributes& a, int flush_every) {
   const Scope scope;
   auto impl = std::make_unique<Impl>();
-  impl->path = file;
-  impl->temporary = file.string() + ".part";
+  const FileTarget target = file_target(file);
+  if (target.stream) fail(file, "is a device or a pipe; HDF5 needs a file of its own");
+  impl->path = target.path;
+  impl->temporary = target.path.string() + ".part";
   impl->capacity = static_cast<std::size_t>(std::max(1, flush_every));
   std::error_code ec;
-  if (file.has_parent_path() && !std::filesystem::is_directory(file.parent_path(), ec))
+  if (impl->path.has_parent_path() && !std::filesystem::is_directory(impl->path.parent_path(), ec))
     fail(file, "its folder does not exist; create it first");
   const Properties creation(H5Pcreate(H5P_FILE_CREATE));
   // One node of a chunk index takes 2 * 128 chunks: it splits after 262144 frames, and only then.
@@ -202,6 +211,7 @@ Recorder Recorder::resume(const std::filesystem::path& file, std::uint64_t frame
     }
     if (name != "time") impl->expected.push_back(name);
   }
+  write_integer(impl->file.get(), frames_attribute, static_cast<std::int64_t>(frames), file);
   must(H5Fflush(impl->file.get(), H5F_SCOPE_LOCAL), file, "write to disk; is the disk full?");
   impl->written = frames;
   impl->resumed = true;

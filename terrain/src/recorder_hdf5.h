@@ -99,6 +99,7 @@ void secure_file_end(hid_t file, const std::filesystem::path& path);
 bool lock_for_writing(hid_t file);
 
 inline constexpr const char* format_attribute = "format";
+inline constexpr const char* frames_attribute = "frames_written";  // whole on disk when this was written
 inline constexpr const char* run_format = "grouser run 1";
 inline constexpr const char* checkpoint_format = "grouser checkpoint 1";
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "grouser/terrain/wheel_motion.h"
+#include "grouser/terrain/path_work.h"
 
 namespace grouser {
 
@@ -40,20 +40,20 @@ Parameters read(const TerrainArgs& args) {
     return o.quantity_or(key, value, unit, range);
   };
   if (o.present()) {
-    p.soil.stiffness = soil_or("stiffness", "N/m", p.soil.stiffness, Range::positive());
-    p.soil.damping = soil_or("damping", "N s/m", p.soil.damping, Range::non_negative());
-    p.soil.friction = soil_or("friction", "1", p.soil.friction, Range::non_negative());
-    p.soil.rolling_resistance = soil_or("rolling_resistance", "1", p.soil.rolling_resistance, Range::non_negative());
+    p.soil.stiffness = soil_or("stiffness", "N/m", p.soil.stiffness, {0, 1e12, true, false});
+    p.soil.damping = soil_or("damping", "N s/m", p.soil.damping, Range::between(0, 1e12));
+    p.soil.friction = soil_or("friction", "1", p.soil.friction, Range::between(0, 5));
+    p.soil.rolling_resistance = soil_or("rolling_resistance", "1", p.soil.rolling_resistance, Range::between(0, 1));
     p.soil.tangential_stiffness =
-        soil_or("tangential_stiffness", "N/m", p.soil.tangential_stiffness, Range::positive());
+        soil_or("tangential_stiffness", "N/m", p.soil.tangential_stiffness, {0, 1e12, true, false});
   }
   if (p.soil.tangential_stiffness == 0) p.soil.tangential_stiffness = p.soil.stiffness;
   p.tangential_damping = p.soil.damping;
   if (o.present()) {
-    p.tangential_damping = soil_or("tangential_damping", "N s/m", p.soil.damping, Range::non_negative());
+    p.tangential_damping = soil_or("tangential_damping", "N s/m", p.soil.damping, Range::between(0, 1e12));
     const ConfigNode length = o.node("relaxation_length");
     if (length.present() && !(length.is_scalar() && length.as_text() == "contact"))
-      p.relaxation_length = length.as_quantity("m", Range::positive());
+      p.relaxation_length = length.as_quantity("m", {0, 1e3, true, false});
     p.patch.strips = static_cast<int>(o.integer_or("strips", 3, 1, 15));
     p.patch.samples_per_radius = static_cast<int>(o.integer_or("samples_per_radius", 24, 4, 400));
     o.finish();
@@ -77,6 +77,7 @@ class Rigid final : public Terrain {
     double spent = 0, integration = 0, placed = 0;  ///< [J] of the last step; placed: held when the wheel was set down
     bool fresh = true;                              ///< no step yet
     Vec6 g = Vec6::Zero();                          ///< generalised normal of the last step, zero without contact
+    double sinkage = 0;                             ///< of the last step [m]
   };
 
   void do_add_body(const BodySpec& b) override {
@@ -108,6 +109,7 @@ class Rigid final : public Terrain {
       wheel.spent = rolled_before;
       wheel.u.setZero();
       wheel.g.setZero();
+      wheel.sinkage = 0;
       wheel.roll = wheel.elastic = wheel.rolled = 0;
       return;
     }
@@ -176,14 +178,26 @@ class Rigid final : public Terrain {
     wheel.rolled = 0.5 * per_roll * wheel.roll * wheel.roll;
     wheel.spent = damper * rate * dt + T.dot(slide) * dt - to_bristle +
                   (moment * std::abs(m.spin) * dt - 0.5 * (per_roll - per_roll_before)) * wheel.roll * wheel.roll;
-    // End-of-step forces times displacements exceed the change of a potential by half its curvature times the displacement squared.
-    // At touch-down the force also counts for the part of the step before contact.
-    const double sink = rate * dt, inside = std::min(sink, h), turn = wheel.roll - roll_before;
-    if (fresh) wheel.placed = 0.5 * s.stiffness * (h - inside) * (h - inside);
-    wheel.integration = spring * (sink - inside) + 0.5 * s.stiffness * inside * inside +
-                        0.5 * kt * (u - u0).squaredNorm() + 0.5 * per_roll_before * turn * turn;
-    // The normal turns within the step: the sinkage changes by the mean of its two ends.
-    if (!wheel.g.isZero()) wheel.integration += 0.5 * spring * dt * (wheel.g - patch.g).dot(V);
+    // The host's step does end-of-step force times displacement: its error for the normal spring is that less the force's work on the way,
+    // for the bristle and the rolling element that less what they take at the stiffness the step began with.
+    const auto force = [&s](double depth) { return s.stiffness * depth; };
+    double at_begin = 0;
+    if (fresh) {
+      const ContactPatch first = wheel.finder.find(earlier(m.pose, m.V, dt), ground());
+      at_begin = pressing_power(first, m.V, force);
+      wheel.placed = 0.5 * s.stiffness * first.sinkage * first.sinkage;
+    } else {
+      at_begin = -force(wheel.sinkage) * wheel.g.dot(V);
+    }
+    const double at_end = spring * rate, pressed = 0.5 * spring * h - 0.5 * s.stiffness * wheel.sinkage * wheel.sinkage;
+    const double tolerance = 1e-3 * dt * std::max(std::abs(at_begin), std::abs(at_end));
+    const double by_roll = (m.spin < 0 ? -1.0 : 1.0) * wheel.roll - wheel.roll * wheel.roll;
+    wheel.integration =
+        at_end * dt -
+        path_work(wheel.finder, ground(), m, dt, at_begin, at_end, pressed - wheel.placed, tolerance, force) +
+        0.5 * kt * (u - u0).squaredNorm() + moment * std::abs(m.spin) * dt * by_roll -
+        0.5 * per_roll_before * (wheel.roll * wheel.roll - roll_before * roll_before);
+    wheel.sinkage = h;
     wheel.g = patch.g;
 
     const Wrench f{wrench.head<3>(), wrench.tail<3>()};
@@ -211,6 +225,7 @@ class Rigid final : public Terrain {
       s.field("rolled", wheels_[i].rolled);
       s.field("fresh", wheels_[i].fresh);
       s.field("normal", wheels_[i].g);
+      s.field("sinkage", wheels_[i].sinkage);
     }
   }
 

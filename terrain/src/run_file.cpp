@@ -38,6 +38,8 @@ RunFile::RunFile(const std::filesystem::path& file) : impl_(std::make_unique<Imp
     read_integer(root, "seed", a.seed);
     // A kill within a flush leaves some channels one block longer than others: what all have counts.
     std::uint64_t frames = std::numeric_limits<std::uint64_t>::max();
+    if (std::int64_t whole = 0; read_integer(root, frames_attribute, whole) && whole >= 0)
+      frames = static_cast<std::uint64_t>(whole);
     for (const std::string& name : dataset_names(root)) {
       const Dataset data(
           must(H5Dopen2(root, name.c_str(), H5P_DEFAULT), file, "open dataset '" + name + "'; the file is damaged"));

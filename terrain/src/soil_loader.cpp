@@ -33,7 +33,7 @@ PressureSinkage load_pressure(const ConfigNode& node) {
   // kc and kphi have n in their units: without n they cannot be read.
   const bool n_known = node.errors() == before;
   if (k_b) {
-    p.k = node.quantity("k", "kPa", Range::positive());
+    p.k = node.quantity("k", "kPa", {0, 1e12, true, false});
     for (const char* other : {"kc", "kphi"})
       if (node.has(other)) node.error_at(other, "belongs to 'law: kc_kphi'; with 'law: k_b' give k");
   } else {
@@ -60,9 +60,9 @@ ShearLaw load_shear(const ConfigNode& node) {
   ShearLaw s;
   const std::string type = node.choice("type", {"A", "B", "C"});
   s.type = type == "A" ? ShearLaw::Type::A : type == "B" ? ShearLaw::Type::B : ShearLaw::Type::C;
-  s.cohesion = node.quantity("cohesion", "kPa", Range::non_negative());
+  s.cohesion = node.quantity("cohesion", "kPa", Range::between(0, 1e9));
   s.friction_angle = node.quantity("friction_angle", "deg", {0, pi / 2, false, true});
-  const Range displacement{0, 1, true, false};
+  const Range displacement{1e-6, 1, false, false};
   if (type == "A")
     s.K = node.quantity("K", "mm", displacement);
   else
@@ -103,8 +103,8 @@ BekkerSoil load_bekker(const ConfigNode& node) {
   b.shear = load_shear(node.map("shear"));
   b.angles = load_angles(node);
   if (const ConfigNode r = node.optional_map("repetitive"); r.present()) {
-    b.repetitive = RepetitiveLoading{r.quantity("ko", "kN/m^3", Range::non_negative()),
-                                     r.quantity("Au", "kN/m^4", Range::non_negative())};
+    b.repetitive = RepetitiveLoading{r.quantity("ko", "kN/m^3", Range::between(0, 1e15)),
+                                     r.quantity("Au", "kN/m^4", Range::between(0, 1e18))};
     if (b.repetitive->ko == 0 && b.repetitive->Au == 0)
       r.error("ko and Au are both 0: the soil would unload without stiffness");
     r.finish();
@@ -115,12 +115,12 @@ BekkerSoil load_bekker(const ConfigNode& node) {
 
 RigidSoil load_rigid(const ConfigNode& node) {
   RigidSoil r;
-  r.stiffness = node.quantity_or("stiffness", r.stiffness, "N/m", Range::positive());
-  r.damping = node.quantity_or("damping", r.damping, "N s/m", Range::non_negative());
+  r.stiffness = node.quantity_or("stiffness", r.stiffness, "N/m", {0, 1e12, true, false});
+  r.damping = node.quantity_or("damping", r.damping, "N s/m", Range::between(0, 1e12));
   r.friction = node.quantity_or("friction", r.friction, "1", Range::between(0, 5));
   r.rolling_resistance = node.quantity_or("rolling_resistance", r.rolling_resistance, "1", Range::between(0, 1));
   r.tangential_stiffness =
-      node.quantity_or("tangential_stiffness", r.tangential_stiffness, "N/m", Range::non_negative());
+      node.quantity_or("tangential_stiffness", r.tangential_stiffness, "N/m", Range::between(0, 1e12));
   node.finish();
   return r;
 }

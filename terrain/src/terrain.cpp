@@ -1,6 +1,7 @@
 #include "grouser/terrain/terrain.h"
 
 #include <cmath>
+#include <cstdio>
 
 #include "grouser/terrain/config.h"
 #include "grouser/terrain/parallel.h"
@@ -23,6 +24,14 @@ int Terrain::add_body(BodySpec body) {
   do_add_body(body);
   bodies_.push_back(std::move(body));
   return static_cast<int>(bodies_.size()) - 1;
+}
+
+std::optional<SimplifiedGear> Terrain::simplified_gear(int body) const {
+  const RunningGear& gear = bodies_.at(static_cast<std::size_t>(body)).gear;
+  if (capabilities().lugs || std::holds_alternative<SmoothCylinder>(gear.shape)) return std::nullopt;
+  char as[80];
+  std::snprintf(as, sizeof as, "smooth cylinder of radius %.6g mm", 1e3 * gear.outer_radius());
+  return SimplifiedGear{as, "model " + id() + " does not resolve lugs or meshes"};
 }
 
 void Terrain::check_motions(double t, double dt, std::span<const BodyMotion> m, std::span<BodyResult> r) const {

@@ -39,7 +39,7 @@ void set_effects(Terrain& terrain, const ConfigNode& node) {
 std::unique_ptr<Terrain> make_terrain(const Registry& registry, const TerrainNodes& nodes, GroundPtr ground,
                                       double gravity, const ConfigDocument* document) {
   const std::filesystem::path file = nodes.owner.existing_file("soil");
-  if (!std::filesystem::exists(file) || !registry.has(nodes.model) || !ground) return nullptr;
+  if (!std::filesystem::is_regular_file(file) || !registry.has(nodes.model) || !ground) return nullptr;
   Soil soil;
   if (document) {
     const ConfigDocument soil_document = ConfigDocument::from_file(file);

@@ -129,7 +129,8 @@ class Parser {
   UnitScale parse() {
     UnitScale u = expression(0);
     skip();
-    if (at_ < text_.size()) fail("unexpected '" + text_.substr(at_) + "'");
+    if (at_ < text_.size())
+      fail("unexpected '" + text_.substr(at_) + "' in the unit; write it like N, kN/m^2 or N m s/rad");
     return u;
   }
 

@@ -109,6 +109,36 @@ TEST(Lugs, ThatAloneTouchPressWithTheirShare) {
   expect_equal(exact(c), exact(smooth), 1e-12);
 }
 
+TEST(Lugs, WithoutTipsTouchNothingWhileTheTreadIsClear) {
+  ForceCase c = plain();
+  c.arc = {0.2, 0.1, 0};
+  c.wheel.lug_height = 0.02;
+  c.wheel.lug_ratio = 0;
+  for (const Method m : {Method::nonlinear, Method::quadratic, Method::linear}) {
+    const WheelWrench w = forces(c, m, 1e-6).wrench;
+    EXPECT_EQ(w.Fx, 0);
+    EXPECT_EQ(w.Fz, 0);
+    EXPECT_EQ(w.My, 0);
+  }
+}
+
+TEST(Lugs, ThatAloneTouchLeaveTheTreadOutOfARutWhereverThetaMLies) {
+  // Soft unloading, ko below the secant: the law of eq 2.12 goes on above the ground, the wheel does not. theta_m
+  // behind the bottom, where the tread has no entry angle.
+  ForceCase c = plain();
+  c.arc = {0.2, -0.05, -0.15};
+  c.soil.shear.cohesion = 0;
+  c.wheel.lug_height = 0.02;
+  c.wheel.lug_ratio = 0.25;
+  c.unloading_sinkage = 0.004;
+  c.soil.ko = 0.4 * c.soil.modulus * std::pow(0.004, c.soil.n - 1);
+  ForceCase smooth = c;
+  smooth.wheel = {0.15, 0.16};
+  smooth.soil.modulus *= 0.25;
+  smooth.soil.ko *= 0.25;
+  expect_equal(exact(c), exact(smooth), 1e-12);
+}
+
 TEST(RepetitiveLoading, BelowTheEarlierSinkageAlongALinearSoilOfItsOwnSlopeIsVirgin) {
   // n = 1 and slope ko = k: eq 2.12 is k z on both sides of zu.
   ForceCase c = plain();
@@ -161,6 +191,7 @@ TEST(Forces, NameWhatTheyRefuse) {
   EXPECT_EQ(status([](ForceCase& c) { c.slip = std::nan(""); }), ForceStatus::bad_argument);
   EXPECT_EQ(status([](ForceCase& c) { c.wheel.radius = 0; }), ForceStatus::bad_argument);
   EXPECT_EQ(status([](ForceCase& c) { c.wheel.lug_ratio = 1.5; }), ForceStatus::bad_argument);
+  EXPECT_EQ(status([](ForceCase& c) { c.arc.theta_m = c.arc.theta_r = -0.5; }), ForceStatus::no_pressure);
   EXPECT_EQ(status([](ForceCase& c) { c.soil.shear.K = 0; }), ForceStatus::bad_argument);
   EXPECT_EQ(status([](ForceCase& c) { c.slip_angle = 1.6; }), ForceStatus::bad_argument);
   EXPECT_EQ(status([](ForceCase& c) { c.arc.theta_r = 0.3; }), ForceStatus::bad_argument);

@@ -27,7 +27,7 @@ class WrittenOutIn {
 
   Real depth(Real theta, Real radius, Real entry) const {
     const Real te = theta >= m_ ? theta : entry - (theta - r_) * (entry - m_) / (m_ - r_);
-    return radius * (std::cos(te) - std::cos(entry));
+    return 2 * radius * std::sin((entry + te) / 2) * std::sin((entry - te) / 2);  // cos te - cos entry
   }
   Real tip_depth(Real theta) const { return depth(theta, rs_, f_); }
   Real concave_depth(Real theta) const {
@@ -64,6 +64,7 @@ class WrittenOutIn {
       sigma = c_.wheel.lug_ratio * sigma + (1 - Real(c_.wheel.lug_ratio)) * pressure(concave_depth(th));
     Real cap = c_.soil.shear.cohesion + sigma * c_.soil.tan_phi;
     if (c_.unloading_sinkage > 0 && !(sigma > 0)) cap = 0;
+    if (c_.wheel.lug_height > 0 && c_.wheel.lug_ratio == 0 && !(fca_ > m_ && fca_ > 0)) cap = 0;  // nothing touches
     const Real tb = std::tan(Real(c_.slip_angle)), t = jt(th), l = rs_ * kappa_ * (f_ - th) * tb;
     const auto sign = [](Real x) { return Real((x > 0) - (x < 0)); };
     Real tt, tl;
@@ -101,10 +102,12 @@ class WrittenOutIn {
     const std::vector<Real> turns = zeros([&](Real t) { return vt(t); }, marks);
     marks.insert(marks.end(), turns.begin(), turns.end());
     out.insert(out.end(), turns.begin(), turns.end());
-    const std::vector<std::function<Real(Real)>> signs{
-        [&](Real t) { return jt(t); }, [&](Real t) { return tip_depth(t) - zu; },
-        [&](Real t) { return tip_depth(t) - z0; }, [&](Real t) { return concave_depth(t) - zu; },
-        [&](Real t) { return concave_depth(t) - z0; }};
+    const std::vector<std::function<Real(Real)>> signs{[&](Real t) { return jt(t); },
+                                                       [&](Real t) { return tip_depth(t) - zu; },
+                                                       [&](Real t) { return tip_depth(t) - z0; },
+                                                       [&](Real t) { return concave_depth(t) - zu; },
+                                                       [&](Real t) { return concave_depth(t) - z0; },
+                                                       [&](Real t) { return concave_depth(t); }};
     for (const auto& g : signs) {
       const std::vector<Real> at = zeros(g, marks);
       out.insert(out.end(), at.begin(), at.end());
@@ -204,8 +207,16 @@ inline ForceCase any_row(std::mt19937_64& rng) {
   c.soil.shear.Kr = u(0.3, 1);
   if (chance(0.3)) c.soil.lateral = Lateral::anisotropic;
   c.arc.theta_f = u(0.05, 1.3);
-  c.arc.theta_m = c.arc.theta_f * (chance(0.1) ? 0 : u(0.05, 0.7));
+  // theta_m anywhere from behind the bottom to a thousandth of theta_f below the entry.
+  const double where = uniform(rng);
+  c.arc.theta_m = c.arc.theta_f * (where < 0.08   ? 0
+                                   : where < 0.14 ? u(-0.5, 0)
+                                   : where < 0.24 ? decade(0.01, 0.1)
+                                   : where < 0.6  ? u(0.05, 0.7)
+                                   : where < 0.9  ? u(0.7, 0.99)
+                                                  : 1 - decade(1e-3, 1e-1));
   c.arc.theta_r = chance(0.4) ? 0 : -c.arc.theta_f * u(0, 0.9);
+  if (c.arc.theta_r > c.arc.theta_m) c.arc.theta_r = c.arc.theta_m * u(1, 2);
   const double kind = uniform(rng);
   c.slip = kind < 0.05   ? -1
            : kind < 0.1  ? 1

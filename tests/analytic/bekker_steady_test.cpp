@@ -275,15 +275,36 @@ TEST(BekkerSteady, BrakedWheelOnTenDegreesComesToRestAndStays) {
   }
 }
 
-/// Decrement of a mass that rings sideways on a braked wheel about a displacement of 0.3 mm (largest before: 0.6 mm), and that of
-/// m x'' + k tau x' + k x = 0 with the stiffness k found at rest: per period exp(-2 pi zeta/sqrt(1 - zeta^2)), zeta = tau/2 sqrt(k/m).
+/// Decrement per period of a mass that rings on a braked wheel, and that of m x'' + c x' + k x = 0 with damping ratio zeta:
+/// exp(-2 pi zeta/sqrt(1 - zeta^2)).
 struct Decrement {
   double seen, expected;
 };
-Decrement ring(const std::string& damping, double tau) {
+double decrement(double zeta) { return std::exp(-2 * pi * zeta / std::sqrt(1 - zeta * zeta)); }
+
+/// Mean of three periods of a mass m that is let go at rest `a` away from the middle; `force` is what the soil does at the start, `hold`
+/// what it does in the middle, `axis` the direction.
+double rung(Bench& b, int axis, double m, double middle, double a, double hold, double dt) {
+  double force = b.force(dt)[axis], v = 0, last = a, previous = -1;
+  for (int periods = 0; periods < 3;) {
+    v += dt / m * (force - hold);
+    b.move({v * Vec3::Unit(axis), {0, 0, 0}}, dt);
+    force = b.force(dt)[axis];
+    if (previous > 0 && v <= 0) {
+      last = b.motion.X_WB_end.p[axis] - middle;
+      ++periods;
+    }
+    previous = v;
+  }
+  return std::cbrt(last / a);
+}
+
+/// Sideways about a displacement of 0.3 mm (largest before: 0.6 mm). The damping time is that of the model's load N/g on (c A + N tan
+/// phi)/K; the stiffness of the mass that rings is found at rest.
+Decrement rock(double ratio) {
   BekkerSoil soft = mojave();
   soft.shear.K = 0.025;
-  Bench b(steady_model(), soil_of(soft), flat_ground(), test::mit_wheel(), "stick_damping: " + damping);
+  Bench b(steady_model(), soil_of(soft), flat_ground(), test::mit_wheel(), "stick_damping: " + std::to_string(ratio));
   const double dt = 1e-4, m = 20;
   b.motion.X_WB_end.p.z() = 0.13 - kSink;
   const auto held_at = [&](double y) {  // one step there, one at rest
@@ -291,33 +312,45 @@ Decrement ring(const std::string& damping, double tau) {
     b.move({}, dt);
     return b.force(dt).y();
   };
+  held_at(0);
+  const double N = b.force(dt).z(), strength = soft.shear.cohesion * 0.16 * 0.13 * kThetaF + N * std::tan(0.606);
+  const double tau = 2 * ratio * std::sqrt(0.025 * N / (9.81 * strength));
   held_at(0.6e-3);
   const double middle = 0.3e-3, a = 0.02e-3, dy = 1e-6;
   const double k = (held_at(middle - dy) - held_at(middle + dy)) / (2 * dy);
   const double hold = held_at(middle);
-  double force = held_at(middle + a), v = 0, first = a, last = a, previous_v = -1;
-  int periods = 0;
-  while (periods < 3) {
-    v += dt / m * (force - hold);
-    b.move({{0, v, 0}, {0, 0, 0}}, dt);
-    force = b.force(dt).y();
-    if (previous_v > 0 && v <= 0) {
-      last = b.motion.X_WB_end.p.y() - middle;
-      ++periods;
-    }
-    previous_v = v;
-  }
-  const double zeta = 0.5 * tau * std::sqrt(k / m);
-  return {std::cbrt(last / first), std::exp(-2 * pi * zeta / std::sqrt(1 - zeta * zeta))};
+  held_at(middle + a);
+  return {rung(b, 1, m, middle, a, hold, dt), decrement(0.5 * tau * std::sqrt(k / m))};
 }
 
-TEST(BekkerSteady, ABrakedWheelRingsAsADampedOscillatorWithTheStickDampingTime) {
+TEST(BekkerSteady, ABrakedWheelRocksAsADampedOscillator) {
   // The secant over 0.02 mm differs from the tangent by less than 1 % and Euler's phase error by dt k/m tau: 1 % together.
-  for (const auto& [text, tau] : {std::pair{"0 s", 0.0}, {"0.005 s", 0.005}, {"0.02 s", 0.02}}) {
-    const Decrement d = ring(text, tau);
-    EXPECT_NEAR(d.seen, d.expected, 0.01) << text;
+  for (const double ratio : {0.0, 0.05, 0.15}) {
+    const Decrement d = rock(ratio);
+    EXPECT_NEAR(d.seen, d.expected, 0.01) << ratio;
   }
-  EXPECT_LT(ring("0.02 s", 0.02).expected, 0.7) << "the default is seen within a few periods";
+  EXPECT_LT(rock(0.15).expected, 0.7) << "the default is seen within a few periods";
+}
+
+TEST(BekkerSteady, AWheelBouncesUnderItsLoadWithTheDampingRatioAskedOnSoftAndStiffSoil) {
+  // The load N/g is let go 1 % of the sinkage above where it rests. The damper is that of the law Fz ~ h^(n + 1/2); the stiffness that it
+  // works on is found at rest (up to 6 % off, the arc is no parabola). Its curvature over 1 % and the step, 600 to a period and more,
+  // leave 1 %.
+  BekkerSoil clay = mojave();
+  clay.pressure.n = 0.13;
+  for (const BekkerSoil& s : {mojave(), clay})
+    for (const double zeta : {0.0, 0.05, 0.15, 0.4}) {
+      Bench b(steady_model(), soil_of(s), flat_ground(), test::mit_wheel(), "bounce_damping: " + std::to_string(zeta));
+      const double dt = 1e-4, middle = 0.13 - kSink, a = 0.01 * kSink;
+      b.motion.X_WB_end.p.z() = middle;
+      b.move({}, dt);
+      const double hold = b.force(dt).z();
+      b.move({{0, 0, a / dt}, {0, 0, 0}}, dt);
+      b.move({}, dt);
+      const double stiffness = (hold - b.force(dt).z()) / a, law = (s.pressure.n + 0.5) * hold / kSink;
+      EXPECT_NEAR(rung(b, 2, hold / 9.81, middle, a, hold, dt), decrement(zeta * std::sqrt(law / stiffness)), 0.01)
+          << s.pressure.n << " " << zeta;
+    }
 }
 
 TEST(BekkerSteady, LedgerClosesAndSoilOnlyTakesEnergyOnARoughDrive) {
@@ -337,8 +370,8 @@ TEST(BekkerSteady, LedgerClosesAndSoilOnlyTakesEnergyOnARoughDrive) {
   RecordProperty("integration_ratio", std::to_string(e.integration / e.gross));
 }
 
-TEST(BekkerSteady, PressAndReleaseWithoutTravelReturnsNoMoreThanItTook) {
-  Bench b = bench();
+TEST(BekkerSteady, PressAndReleaseWithoutTravelAndDampingReturnsWhatItTook) {
+  Bench b(steady_model(), soil_of(mojave()), flat_ground(), test::mit_wheel(), "bounce_damping: 0");
   const double dt = 1e-4;
   b.motion.X_WB_end.p.z() = 0.1301;
   for (int i = 0; i < 4000; ++i) b.move({{0, 0, -0.05 * std::cos(pi * i / 4000)}, {0, 0, 0}}, dt);
@@ -350,7 +383,7 @@ TEST(BekkerSteady, PressAndReleaseWithoutTravelReturnsNoMoreThanItTook) {
 }
 
 TEST(BekkerSteady, VerticalDampingTakesEnergyAndNeverPulls) {
-  Bench b = bench();
+  Bench b(steady_model(), soil_of(mojave()), flat_ground(), test::mit_wheel(), "bounce_damping: 0");
   b.terrain->set_effect("vertical_damping", 2.0);
   b.motion.X_WB_end.p.z() = 0.13;
   const double dt = 1e-4;

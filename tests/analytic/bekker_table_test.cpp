@@ -253,6 +253,23 @@ TEST(WheelTable, ThatWouldReachTheHubNamesThePlace) {
   }
 }
 
+TEST(WheelTable, OfALawThatJumpsAtSlipZeroMeetsItsBoundOnEitherSideOfIt) {
+  // theta_m of eq 2.13 is 0 at slip 0 coming from braking and a0 theta_f coming from driving.
+  TableSpec s = small();
+  s.soil.theta_m_law = ThetaMLaw::wong_braking;
+  s.slip = {-0.2, 0.2};
+  s.unloading_sinkage = {0, 0};
+  const WheelTable t = WheelTable::build(s, 2);
+  EXPECT_LE(largest_error(t, 500, 3), s.error_bound);
+  for (const double slip : {-1e-12, -1e-6, -1e-4, 0.0, 1e-12, 1e-4}) {
+    TablePoint p;
+    ASSERT_EQ(t.query(slip, 60, 0, p), TableStatus::ok);
+    const Solution x = solve({s.wheel, s.soil, 60, slip, 0, 0}, s.method, 1e-8);
+    EXPECT_NEAR(p.entry_angle, x.arc.theta_f, s.error_bound * x.arc.theta_f) << slip;
+    EXPECT_NEAR(p.drawbar(), x.wrench.Fx, s.error_bound * 60) << slip;
+  }
+}
+
 TEST(WheelTable, WhoseBoundNeedsTooManyPointsIsRefused) {
   TableSpec s = dry_sand();
   s.error_bound = 1e-5;

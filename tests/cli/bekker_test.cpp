@@ -189,11 +189,61 @@ TEST(BekkerSolve, FindsTheSlipOfAFreeWheelAgain) {
   EXPECT_NEAR(number(columns_of("free_out.csv")["slip"][0]), 0.3, 1e-6);
 }
 
-TEST(BekkerSolve, NotesAColumnThatLooksLikeAnOptionalOne) {
-  file_of("typo.csv", load_columns + ",lug_hight_m\n" + sandy_loam + ",60,0.18,0.32,0,0,0.3,0,0.005\n");
-  const CommandResult r = bekker("solve typo.csv --out typo_out.csv");
-  EXPECT_EQ(r.code, 0);
-  EXPECT_EQ(r.err, "typo.csv:1: column 'lug_hight_m'; did you mean 'lug_height_m'? It is passed through.\n");
+TEST(BekkerSolve, RefusesAColumnThatLooksLikeAnOptionalOneAndPassesOthersThrough) {
+  file_of("typo.csv", load_columns + ",lug_hight_m,shear_Type\n" + sandy_loam + ",60,0.18,0.32,0,0,0.3,0,0.005,B\n");
+  CommandResult r = bekker("solve typo.csv --out typo_out.csv");
+  EXPECT_EQ(r.code, 2);
+  EXPECT_THAT(r.err, HasSubstr("typo.csv:1:78: unknown column 'lug_hight_m'; did you mean 'lug_height_m'?"));
+  EXPECT_THAT(r.err, HasSubstr("typo.csv:1:90: unknown column 'shear_Type'; did you mean 'shear_type'?"));
+  EXPECT_FALSE(fs::exists(scratch() / "typo_out.csv"));
+  file_of("own.csv", load_columns + ",wheel,run\n" + sandy_loam + ",60,0.18,0.32,0,0,0.3,0,front left,7\n");
+  r = bekker("solve own.csv --out own_out.csv");
+  EXPECT_EQ(r.code, 0) << r.err;
+  EXPECT_EQ(columns_of("own_out.csv")["wheel"][0], "front left");
+}
+
+TEST(BekkerSolve, DemandsTheShareOfTheLugTips) {
+  file_of("lugs.csv", load_columns + ",lug_height_m,lug_ratio\n" + sandy_loam + ",60,0.18,0.32,0,0,0.3,0,0.005,\n" +
+                          sandy_loam + ",60,0.18,0.32,0,0,0.3,0,0.005,0\n" + sandy_loam +
+                          ",60,0.18,0.32,0,0,0.3,0,0,\n");
+  const CommandResult r = bekker("solve lugs.csv --out lugs_out.csv");
+  EXPECT_EQ(r.code, 2);
+  EXPECT_THAT(r.err, HasSubstr("lugs.csv:2:"));
+  EXPECT_THAT(r.err, HasSubstr("lug_height_m: a wheel with lugs needs lug_ratio"));
+  EXPECT_THAT(r.err, HasSubstr("lugs.csv:3:"));
+  EXPECT_THAT(r.err, HasSubstr("lug_ratio: a wheel with lugs needs lug_ratio"));
+  EXPECT_THAT(r.err, testing::Not(HasSubstr("lugs.csv:4:")));
+}
+
+TEST(BekkerSolve, NamesTheColumnOfAnArcThatIsTooLongAndALimitInDigitsThatCanBeRead) {
+  file_of("rear.csv", load_columns + "\n" + sandy_loam + ",60,0.18,0.32,0.8,0.5,0.7,0\n");
+  CommandResult r = bekker("solve rear.csv --out rear_out.csv");
+  EXPECT_EQ(r.code, 2);
+  EXPECT_EQ(r.err, "rear.csv:2:62: b1: b0 + b1 |slip| = 1.15 puts theta_r beyond -theta_f; at most 1 is allowed\n");
+  r = bekker("solve rear.csv --tol 1e-15 --out rear_out.csv");
+  EXPECT_EQ(r.code, 2);
+  EXPECT_THAT(r.err, HasSubstr("'1e-15' is not a number in the range 1e-13 to 0.01"));
+}
+
+TEST(BekkerOutput, FollowsLinksAndReplacesNeitherLinksNorDevices) {
+  file_of("row.csv", load_columns + "\n" + sandy_loam + ",60,0.18,0.32,0,0,0.3,0\n");
+  const fs::path target = file_of("target.csv", "old\n"), link = scratch() / "link.csv", null = scratch() / "null.csv",
+                 full = scratch() / "full.csv";
+  for (const auto& [at, to] : {std::pair{link, fs::path("target.csv")}, {null, "/dev/null"}, {full, "/dev/full"}}) {
+    fs::remove(at);
+    fs::create_symlink(to, at);
+  }
+  EXPECT_EQ(bekker("solve row.csv --out link.csv").code, 0);
+  EXPECT_TRUE(fs::is_symlink(link));
+  EXPECT_TRUE(fs::is_regular_file(fs::symlink_status(target)));
+  EXPECT_EQ(columns_of("target.csv")["status"][0], "ok");
+  EXPECT_EQ(bekker("solve row.csv --out null.csv").code, 0);
+  EXPECT_TRUE(fs::is_symlink(null));
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+  const CommandResult r = bekker("solve row.csv --out full.csv");
+  EXPECT_NE(r.code, 0);
+  EXPECT_THAT(r.err, HasSubstr("full.csv: cannot be written: No space left on device"));
+  EXPECT_TRUE(fs::is_character_file("/dev/full"));
 }
 
 const std::string table_yaml = "table: Small\nwheel: " + (source / "examples/wheels/wheel_s.yaml").string() +

@@ -82,5 +82,28 @@ TEST(OneWriter, ARigHoldsItsFolderToo) {
   expect_refused("rig " + rig + " --overwrite --no-report --quiet --out " + folder.string(), folder);
 }
 
+TEST(OneWriter, NothingIsWrittenIntoAFolderOfALivingRigNorARigAroundALivingRun) {
+  const fs::path folder = scratch() / "held-inside", inside = folder / "case_005", free = scratch() / "beside";
+  const std::string short_run = "run " + scenario + " --duration '0.1 s' --no-report --quiet --out ";
+  {
+    Background sweep({"rig", rig, "--out", folder.string(), "--no-report"});
+    ASSERT_TRUE(sweep.wait_for(folder / "case_000/run.h5"));
+    const CommandResult r = grouser_command(short_run + (folder / "mine/deep").string(), source);
+    EXPECT_EQ(r.code, 2) << r.out;
+    EXPECT_EQ(r.err, (folder / "mine/deep").string() + ": the folder " + folder.string() +
+                         " is being written by another process; wait for it, stop it, or choose another folder\n");
+    EXPECT_FALSE(fs::exists(folder / "mine")) << "nothing is left behind";
+    EXPECT_EQ(grouser_command(short_run + free.string(), source).code, 0) << "a neighbour is free";
+  }
+  Background run({"run", scenario, "--duration", "36000 s", "--out", inside.string(), "--no-report", "--overwrite"});
+  ASSERT_TRUE(run.wait_for(inside / "checkpoint.h5"));
+  const CommandResult r =
+      grouser_command("rig " + rig + " --overwrite --no-report --quiet --out " + folder.string(), source);
+  EXPECT_EQ(r.code, 2) << r.out;
+  EXPECT_EQ(r.err, folder.string() + ": the folder " + inside.string() +
+                       " is being written by another process; wait for it, stop it, or choose another folder\n");
+  EXPECT_TRUE(fs::exists(inside / "run.h5")) << "the living run has kept its files";
+}
+
 }  // namespace
 }  // namespace grouser::test

@@ -23,6 +23,12 @@ TEST_P(Mistakes, EndWithCode2AndNameTheRemedy) {
 
 const std::string rig = "03_single_wheel_rig/hit_ding.yaml", scenario = "02_robot_rough_ground/robot_iso_e.yaml";
 
+#ifdef GROUSER_DEM
+const std::string with_dem = ", soil, dem";
+#else
+const std::string with_dem;
+#endif
+
 INSTANTIATE_TEST_SUITE_P(
     CommandLine, Mistakes,
     testing::Values(
@@ -47,9 +53,20 @@ INSTANTIATE_TEST_SUITE_P(
                 "--slips: this rig imposes no slip but digs on the spot; leave the option out, or use a rig file with "
                 "'slips'\n"},
         Mistake{"duration_negative", "run " + scenario + " --duration '-5 s'",
-                "--duration: '-5 s' is out of range; allowed is more than 0 s\n"},
+                "--duration: '-5 s' is out of range; allowed is more than 0 s and at most 1e+06 s\n"},
         Mistake{"duration_part_of_a_step", "run " + scenario + " --duration '1.5004 s' --out never",
                 "--duration: must be a whole number of the scenario's time steps of 1 ms\n"},
+        Mistake{"out_is_empty", "run " + scenario + " --out ''",
+                "grouser: --out has no value; give one or leave it out\n"},
+        Mistake{"out_is_nothing",
+                "run " + scenario + " --out=", "grouser: --out has no value; give one or leave it out\n"},
+        Mistake{"file_is_empty", "check ''", "grouser: argument 2 has no value; give one or leave it out\n"},
+        Mistake{"duration_absurd", "run " + scenario + " --duration '1e30 s'",
+                "--duration: '1e30 s' is out of range; allowed is more than 0 s and at most 1e+06 s\n"},
+        Mistake{"forces_of_a_folder", "bekker forces soils --out never.csv",
+                "soils: this is a folder; a CSV file is wanted\n"},
+        Mistake{"control_characters", "check $(printf 'a\\033[31m.yaml')",
+                "a\\x1b[31m.yaml: the file does not exist\n"},
         Mistake{"out_is_a_file", "run " + scenario + " --out soils/README.md",
                 "soils/README.md: is a file; name a folder with --out\n"},
         Mistake{"list_nothing", "list nothing",
@@ -81,7 +98,8 @@ INSTANTIATE_TEST_SUITE_P(
             "is called\n"},
         Mistake{"no_command", "",
                 "grouser: a command is wanted: run, rig, resume, check, list, report, compare, doctor, plot, fit, "
-                "bekker\n'grouser --help' shows how it is called\n"},
+                "bekker" +
+                    with_dem + "\n'grouser --help' shows how it is called\n"},
         Mistake{"unknown_subcommand", "bekker sovle",
                 "grouser bekker: unknown command 'sovle'; did you mean 'solve'? Known: forces, solve, table\n'grouser "
                 "bekker --help' shows how it is called\n"},

@@ -32,6 +32,9 @@ TEST(Plot, WritesOneOfflinePageWithTheNumbersOfTheTable) {
   const std::string page = read_text(folder / "good.html");
   EXPECT_NE(page.find("[7.0,18.25]"), std::string::npos) << "the rows of model a";
   EXPECT_EQ(page.find("src=\"http"), std::string::npos) << "nothing is fetched";
+  const std::size_t colon = page.find("th:after{content:\":\""), none = page.find("th:after{content:none}");
+  EXPECT_NE(none, std::string::npos) << "entries of a legend end without a colon";
+  EXPECT_TRUE(colon == std::string::npos || colon < none) << "the style of the plot library comes first";
 }
 
 TEST(Plot, PutsThePageWhereItIsAsked) {

@@ -46,8 +46,7 @@ INSTANTIATE_TEST_SUITE_P(
             "unknown_shape.yaml:7:10: ground.shape: 'sinusiod' is not one of: flat, slope, step, sinusoid, iso8608, "
             "height_map, profile; did you mean 'sinusoid'?\n"},
         WrongFile{"negative_step.yaml",
-                  "negative_step.yaml:10:12: time_step: '-1 ms' is out of range; allowed is more than "
-                  "0 ms and at most 20 ms\n"},
+                  "negative_step.yaml:10:12: time_step: '-1 ms' is out of range; allowed is 0.001 ms to 20 ms\n"},
         WrongFile{"missing_soil.yaml",
                   "missing_soil.yaml:5:9: terrain.soil: file 'no_such_soil.yaml' not found; looked for "
                   "no_such_soil.yaml\n"},
@@ -96,13 +95,12 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{
             "text.yaml",
             "text.yaml:1:1: cannot tell what this file is; it should begin with one of the keys scenario, rig, fit, "
-            "items, table, vehicle, wheel, terrain, soil, ground, shape\n"},
+            "items, soil_test, dem, bed, campaign, table, vehicle, wheel, terrain, soil, ground, shape\n"},
         WrongFile{"token.yaml", "token.yaml:1:11: not valid YAML: '`' cannot begin a value; put the value in quotes\n"},
         WrongFile{"profile_empty.yaml",
                   "empty.csv:1:1: the file has no rows of numbers; one row per line, cells separated by commas\n"},
         WrongFile{"negative_radius.yaml",
-                  "negative_radius.yaml:4:9: radius: '-130 mm' is out of range; allowed is more "
-                  "than 0 mm and at most 10000 mm\n"},
+                  "negative_radius.yaml:4:9: radius: '-130 mm' is out of range; allowed is 0.1 mm to 10000 mm\n"},
         WrongFile{"missing_mesh.yaml",
                   "missing_mesh.yaml:4:7: file: file 'no_such_mesh.obj' not found; looked for no_such_mesh.obj\n"},
         WrongFile{"open_mesh.yaml", "open.obj:6:1: bad vertex index '9'; 4 vertices are known above this line\n"},
@@ -115,7 +113,8 @@ INSTANTIATE_TEST_SUITE_P(
             "massless_vehicle.yaml",
             "massless_vehicle.yaml:1:1: missing key 'wheels'; for example 'wheels: {...}'\n"
             "massless_vehicle.yaml:4:3: missing key 'inertia' in bodies.chassis; for example 'inertia: {...}'\n"
-            "massless_vehicle.yaml:4:19: bodies.chassis.mass: '0 kg' is out of range; allowed is more than 0 kg\n"
+            "massless_vehicle.yaml:4:19: bodies.chassis.mass: '0 kg' is out of range; allowed is more than 0 kg and at "
+            "most 1e+06 kg\n"
             "massless_vehicle.yaml:4:54: unknown key 'box' in bodies.chassis; known here: inertia, mass, position, "
             "rotation, visual\n"},
         WrongFile{"absent.yaml", "absent.yaml: the file does not exist\n"}),
@@ -127,7 +126,7 @@ TEST(WrongFilesAtOnce, AllMistakesOfAFileAreNamedInOneGo) {
   for (const char* part :
        {"many.yaml:8:3: unknown key 'clas' in ground; did you mean 'class'?",
         "many.yaml:9:35: driver.speed: '0.5' has no unit", "many.yaml:10:11: duration: '2 kg' is a mass",
-        "many.yaml:11:12: time_step: '1 h' is out of range; allowed is more than 0 s and at most 0.02 s",
+        "many.yaml:11:12: time_step: '1 h' is out of range; allowed is 1e-06 s to 0.02 s",
         "many.yaml:12:1: unknown key 'sede'; did you mean 'seed'?"})
     EXPECT_NE(r.err.find(part), std::string::npos) << part << "\nin\n" << r.err;
 }
@@ -137,8 +136,8 @@ TEST(WrongUrdf, MalformedXmlIsToldInWordsWithItsLine) {
   EXPECT_EQ(r.code, 2);
   EXPECT_EQ(
       r.err,
-      "broken.urdf:4:3: not well-formed XML: a tag is broken here; write <name ...> with </name> after its content, "
-      "or <name .../>\n");
+      "broken.urdf:4:3: not well-formed XML: a tag is broken in '</link'; write <name ...> with </name> after its "
+      "content, or <name .../>\n");
 }
 
 struct BrokenUrdf {
@@ -160,8 +159,9 @@ TEST(WrongUrdf, EachKindOfBrokenTagHasItsRemedy) {
             "12:7: not well-formed XML: <mass> is opened here and not closed, or closed by a tag of another name; "
             "write </mass>"},
         BrokenUrdf{"</robot>", "",
-                   "3:1: not well-formed XML: a tag that is opened in this line is not closed before the "
-                   "file ends; write </name>"},
+                   "3:1: not well-formed XML: the tag that opens in '<robot name=\"skid_robot\">' is not closed before "
+                   "the file "
+                   "ends; write </name> behind its content"},
         BrokenUrdf{"-->", "",
                    "2:1: not well-formed XML: the comment that opens here is not closed; it ends with -->"}}) {
     std::string text = shipped;

@@ -170,7 +170,8 @@ TEST(Config, MissingFileFolderAndEmptyFile) {
   };
   EXPECT_EQ(of(folder / "no.yaml"), (folder / "no.yaml").string() + ": the file does not exist");
   EXPECT_EQ(of(folder), folder.string() + ": this is a folder; a YAML file is wanted");
-  EXPECT_EQ(of(folder / "empty.yaml"), (folder / "empty.yaml").string() + ":1:1: the file is empty");
+  EXPECT_EQ(of(folder / "empty.yaml"),
+            (folder / "empty.yaml").string() + ":1:1: the file is empty; 'key: value' lines are wanted");
   std::filesystem::remove_all(folder);
 }
 

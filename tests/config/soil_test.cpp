@@ -154,10 +154,10 @@ TEST(Soils, PhysicalNonsenseIsRefusedByName) {
   EXPECT_THAT(
       messages(soil_text(good_pressure, "type: A, cohesion: -1 kPa, friction_angle: 90 deg, K: 0 mm"), load),
       ElementsAre(
-          "f.yaml:5:30: bekker.shear.cohesion: '-1 kPa' is out of range; allowed is at least 0 kPa",
+          "f.yaml:5:30: bekker.shear.cohesion: '-1 kPa' is out of range; allowed is 0 kPa to 1e+06 kPa",
           "f.yaml:5:54: bekker.shear.friction_angle: '90 deg' is out of range; allowed is at least 0 deg and less than "
           "90 deg",
-          "f.yaml:5:65: bekker.shear.K: '0 mm' is out of range; allowed is more than 0 mm and at most 1000 mm"));
+          "f.yaml:5:65: bekker.shear.K: '0 mm' is out of range; allowed is 0.001 mm to 1000 mm"));
   EXPECT_THAT(messages(soil_text("law: k_b, k: 1 kPa, n: 5", good_shear), load),
               ElementsAre("f.yaml:4:37: bekker.pressure.n: '5' is out of range; allowed is 0.05 to 4"));
   EXPECT_THAT(messages(soil_text("law: kc_kphi, kc: -60 kN/m^(n+1), kphi: 900 kN/m^(n+2), n: 1, reference_width: 50 mm",

@@ -98,7 +98,7 @@ TEST(Units, BadExpressionsSayWhatIsAllowed) {
   EXPECT_EQ(why("N/(m s"), "a ')' is missing");
   EXPECT_EQ(why("m^"), "an exponent is missing after '^'");
   EXPECT_EQ(why("m^(n+1"), "a ')' is missing after the exponent");
-  EXPECT_EQ(why("m)"), "unexpected ')'");
+  EXPECT_EQ(why("m)"), "unexpected ')' in the unit; write it like N, kN/m^2 or N m s/rad");
   EXPECT_EQ(why("m^99"), "an exponent beyond 20 is no unit");
   EXPECT_EQ(why("furlong"),
             "unknown unit 'furlong'; known are m g s N Pa J W Wh V A Ah ohm Hz bar with SI prefixes, deg rad rev "

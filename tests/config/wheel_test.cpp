@@ -78,10 +78,9 @@ TEST(Wheels, Tables45And54AsPrinted) {
 const auto load = [](const ConfigNode& r) { load_running_gear(r); };
 
 TEST(Wheels, NonsenseIsRefusedByName) {
-  EXPECT_THAT(
-      messages("wheel: w\nsource: s\nshape: smooth\nradius: -130 mm\nwidth: 160\n", load),
-      ElementsAre("f.yaml:4:9: radius: '-130 mm' is out of range; allowed is more than 0 mm and at most 10000 mm",
-                  "f.yaml:5:8: width: '160' has no unit; a length is wanted, for example '160 mm'"));
+  EXPECT_THAT(messages("wheel: w\nsource: s\nshape: smooth\nradius: -130 mm\nwidth: 160\n", load),
+              ElementsAre("f.yaml:4:9: radius: '-130 mm' is out of range; allowed is 0.1 mm to 10000 mm",
+                          "f.yaml:5:8: width: '160' has no unit; a length is wanted, for example '160 mm'"));
   const std::string lugged = "wheel: w\nsource: s\nshape: lugged\nradius: 100 mm\nwidth: 160 mm\nlug_height: 5 mm\n";
   EXPECT_THAT(messages(lugged + "lug_count: 400\nlug_width: 2 mm\n", load),
               ElementsAre("f.yaml:7:12: lug_count: 400 lugs of 2 mm do not fit on a circumference of 628.319 mm"));

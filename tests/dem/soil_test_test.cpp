@@ -78,8 +78,12 @@ TEST(PressureSinkage, RisesWithDepth) {
   t.sinkage = 0.008;
   t.samples = 8;
   const SinkageCurve c = pressure_sinkage(constant_rolling(1), t);
-  EXPECT_GT(c.pressure[7], c.pressure[3]);
-  EXPECT_GT(c.pressure[7], 1000);
+  // A plate three grains wide sits on single force chains, so one sample may fall; halves of the path differ by more.
+  // Six packings gave 2.2 to 7 between the means of the two halves.
+  double first = 0, last = 0;
+  for (std::size_t k = 0; k < 8; ++k) (k < 4 ? first : last) += c.pressure[k] / 4;
+  EXPECT_GT(last, 1.5 * first);
+  EXPECT_GT(last, 1000);
   EXPECT_NEAR(c.sinkage[7] - c.sinkage[6], (c.sinkage[7] - c.sinkage[0]) / 7, 1e-9);
 }
 

@@ -221,11 +221,44 @@ TEST(Surfaces, RefuseNonsenseByName) {
   EXPECT_EQ(message([&] { solver.add_plane(7, Vec3::Zero(), Vec3::UnitZ()); }), "body 7; there are 1");
   EXPECT_EQ(message([&] { solver.add_cylinder(b, -1, 1); }),
             "cylinder of radius -1 m, half width 1 m: both must be positive");
+  Mesh open = box_mesh(Vec3(0.1, 0.1, 0.01), true);
+  EXPECT_EQ(message([&] { solver.add_mesh(b, open, 0, true); }),
+            "the mesh is open: 4 edges belong to one triangle only; a solid body needs a closed mesh");
   SolverSettings p = s;
   p.domain.periodic = {true, true, false};
   Solver periodic(p, {ball({0, 0, 0.1})});
   EXPECT_EQ(message([&] { periodic.add_plane(periodic.add_body({}), Vec3::Zero(), Vec3(1, 0, 1)); }),
             "a plane cannot lean along the periodic axis x");
+}
+
+/// A wheel whose rim is `depth` below the top of one grain at the origin, which lies right below its axis.
+void add_wheel(Solver& solver, double depth, bool cylinder) {
+  BodySettings b;
+  b.X_WB.p = Vec3(0, 0, 0.1 + kRadius - depth);
+  const int wheel = solver.add_body(b);
+  if (cylinder)
+    solver.add_cylinder(wheel, 0.1, 0.05);
+  else
+    solver.add_mesh(wheel, wheel_mesh(0.1, 0.1, 360), 0, true);
+}
+
+TEST(AWheel, MayNotStartInTheBed) {
+  SolverSettings s = walled();
+  for (const bool cylinder : {true, false})
+    for (const double depth : {0.0, 0.001, 0.002, 0.02, 0.1}) {
+      Solver solver(s, {ball({0, 0, 0})});
+      // A quarter of the radius, 1.25 mm, is allowed; at 20 mm and 100 mm the whole grain is inside.
+      if (depth < 0.00125)
+        EXPECT_NO_THROW(add_wheel(solver, depth, cylinder));
+      else
+        try {
+          add_wheel(solver, depth, cylinder);
+          ADD_FAILURE() << "a depth of " << depth << " was accepted";
+        } catch (const DemError& e) {
+          EXPECT_THAT(e.what(), testing::HasSubstr("grain 0 at (0, 0, 0) m is"));
+          EXPECT_THAT(e.what(), testing::HasSubstr("deep in surface 0, of body 0; at most a quarter of its radius"));
+        }
+    }
 }
 
 }  // namespace

@@ -36,7 +36,8 @@ const ShownParameter& find(const FitSection& s, const std::string& name) {
   throw std::out_of_range(name);
 }
 
-// SOURCE.md of the data: at 10 mm the 60 mm plates read 7.3-8.2 kPa, the 100 mm plates 13.3-13.8 kPa: pressure grows with size, so kc < 0.
+// SOURCE.md of the data: at 10 mm the 60 mm plates read 7.3-8.2 kPa, the 100 mm plates 13.3-13.8 kPa: pressure grows
+// with size, so kc < 0.
 TEST(FitFile, CmuPlatesGiveANegativeKcBecausePressureGrowsWithTheirSize) {
   const FitReport r = run_fit(examples / "cmu_plates.yaml");
   const FitSection& s = r.sections.at(0);
@@ -161,9 +162,35 @@ TEST(FitFile, AnEmptyFitIsRefused) {
   }
 }
 
-// At slip 0.3 the test says 18.3 N, 7.13 N m and 17.9 mm; Table 4.1 gives 55 / 9.6 / 10.0: errors as `grouser rig` has them (its README).
+// At slip 0.3 the test says 18.3 N, 7.13 N m and 17.9 mm; Table 4.1 gives 55 / 9.6 / 10.0: errors as `grouser rig`
+// has them (its README).
+/// Largest step of a curve's line from one point to the next away from slip 0, as a share of the line's range; and the
+/// largest distance of the law at the measured points from it.
+struct Line {
+  double step = 0, off = 0;
+};
+Line line_of(const FitCurve& c) {
+  Line out;
+  const auto [low, high] = std::minmax_element(c.line_y.begin(), c.line_y.end());
+  const double range = *high - *low;
+  for (std::size_t k = 1; k < c.line_y.size(); ++k) {
+    if (std::abs(c.line_x[k]) > 0.05) out.step = std::max(out.step, std::abs(c.line_y[k] - c.line_y[k - 1]) / range);
+    for (std::size_t i = 0; i < c.x.size(); ++i) {
+      if (c.x[i] < c.line_x[k - 1] || c.x[i] > c.line_x[k]) continue;
+      const double t = (c.x[i] - c.line_x[k - 1]) / (c.line_x[k] - c.line_x[k - 1]);
+      out.off = std::max(out.off, std::abs(c.fitted[i] - (1 - t) * c.line_y[k - 1] - t * c.line_y[k]) / range);
+    }
+  }
+  return out;
+}
+
 TEST(FitFile, TheMitWheelWithSoilTestsOnlyHasTheErrorsOfTheRig) {
   const FitReport r = run_fit(examples / "mit_wheel_priors.yaml");
+  // Rim slip down to -0.7, a line without teeth: the law has none between the rows, which lie 0.1 to 0.2 apart.
+  for (const FitCurve& c : r.sections[0].curves) {
+    EXPECT_LT(line_of(c).step, 0.05) << c.figure;
+    EXPECT_LT(line_of(c).off, 0.03) << c.figure;
+  }
   const auto rmse = [&](std::size_t row) { return std::stod(r.compare.rows.at(row).at(6)); };
   ASSERT_EQ(r.compare.rows.at(0).at(3), "drawbar_pull");
   EXPECT_NEAR(rmse(0), 55.6, 0.2);

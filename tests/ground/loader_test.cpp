@@ -52,7 +52,7 @@ TEST_F(Errors, AShapeMustBeAMap) {
 TEST_F(Errors, NegativePeriodAndTypoInOneGo) {
   EXPECT_EQ(of("ground:\n  shape: sinusoid\n  amplitude: 10\n  period: -195 mm\n  phse: 1 deg\n"),
             "ground.yaml:3:14: ground.amplitude: '10' has no unit; a length is wanted, for example '10 mm'\n"
-            "ground.yaml:4:11: ground.period: '-195 mm' is out of range; allowed is more than 0 mm\n"
+            "ground.yaml:4:11: ground.period: '-195 mm' is out of range; allowed is 0.001 mm to 1e+09 mm\n"
             "ground.yaml:5:3: unknown key 'phse' in ground; did you mean 'phase'?");
 }
 

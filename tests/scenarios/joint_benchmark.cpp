@@ -95,8 +95,8 @@ int main(int argc, char** argv) {
     maximal(file, speed, seconds, {9.81, S::sequential, 10, 0.2}, "sequential 10, erp 0.2");
     maximal(file, speed, seconds, {9.81, S::sequential, 50, 0.5}, "sequential 50, erp 0.5");
     maximal(file, speed, seconds, {9.81, S::sequential, 200, 0.5}, "sequential 200, erp 0.5");
-    maximal(file, speed, seconds, {9.81, S::dantzig, 50, 0.2}, "dantzig, erp 0.2");
-    maximal(file, speed, seconds, {9.81, S::dantzig, 50, 0.5}, "dantzig, erp 0.5");
+    maximal(file, speed, seconds, {9.81, S::direct, 50, 0.2}, "direct, erp 0.2");
+    maximal(file, speed, seconds, {9.81, S::direct, 50, 0.5}, "direct, erp 0.5");
   }
   reduced(seconds);
 }

@@ -108,6 +108,15 @@ TEST(Scenario, ABrakedRobotAcrossASlopeStaysWithinATenthOfAMillimetre) {
   }
 }
 
+TEST(Scenario, ARobotDrivenUpASlopeAndBrakedStaysWithinATenthOfAMillimetre) {
+  // From two seconds after braking, six seconds; a minute and the other vehicles are in the slow set.
+  for (const char* soil : {"dry_sand.yaml", "lunar_soil_nominal.yaml", "mojave_martian_simulant.yaml"}) {
+    const Folder f;
+    run(braked(f.path(), "skid_robot.yaml", soil, "0.5 m/s", 12), f.path() / "out", "bekker.steady", 0);
+    EXPECT_LT(greatest_way(RunFile(f.path() / "out/run.h5").read("chassis.position"), 120), 1e-4) << soil;
+  }
+}
+
 TEST(Scenario, UrdfAndYamlRobotSettleAtTheSameLoads) {
   const Folder f;
   run(examples / "02_robot_rough_ground/robot_sinusoid.yaml", f.path() / "yaml", "bekker.steady", 0.02);

@@ -82,11 +82,25 @@ inline fs::path parked(const fs::path& folder, const std::string& vehicle, const
   return folder / "parked.yaml";
 }
 
-/// Greatest distance from the first frame, of x, y, z, x, y, z, ... [m].
-inline double greatest_way(const std::vector<double>& p) {
+/// Up the ten degree slope of `soil` to `speed` within 1 s, braked from 3 to 4 s, stands from then on.
+inline fs::path braked(const fs::path& folder, const std::string& vehicle, const std::string& soil,
+                       const std::string& speed, double duration) {
+  std::string text = replaced(shipped("robot_slope_parked.yaml"), "skid_robot.yaml", vehicle);
+  text = replaced(replaced(text, "sandy_loam.yaml", soil), "duration: 60 s",
+                  "duration: " + std::to_string(duration) + " s");
+  text = replaced(text, "{time: 0 s, speed: 0 m/s}",
+                  "{time: 0 s, speed: 0 m/s}, {time: 1 s, speed: " + speed + "}, {time: 3 s, speed: " + speed +
+                      "}, {time: 4 s, speed: 0 m/s}");
+  std::ofstream(folder / "braked.yaml") << text;
+  return folder / "braked.yaml";
+}
+
+/// Greatest distance from frame `first`, of x, y, z, x, y, z, ... [m].
+inline double greatest_way(const std::vector<double>& p, std::size_t first = 0) {
   double way = 0;
-  for (std::size_t i = 0; i + 2 < p.size(); i += 3)
-    way = std::max(way, std::hypot(p[i] - p[0], p[i + 1] - p[1], p[i + 2] - p[2]));
+  const double* a = p.data() + 3 * first;
+  for (std::size_t i = 3 * first; i + 2 < p.size(); i += 3)
+    way = std::max(way, std::hypot(p[i] - a[0], p[i + 1] - a[1], p[i + 2] - a[2]));
   return way;
 }
 

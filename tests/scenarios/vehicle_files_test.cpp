@@ -148,7 +148,7 @@ TEST(Urdf, ALinkWithoutMassIsNamed) {
 
 TEST(Urdf, ANumberThatIsNoneIsNamed) {
   EXPECT_EQ(errors_of(test::replaced(urdf, "mass value=\"10\"", "mass value=\"ten\""), "r.urdf", extras()),
-            "r.urdf:2:31: attribute 'value' of <mass> must be a finite number, got 'ten'");
+            "r.urdf:2:31: attribute 'value' of <mass> must be a number alone, in SI units, of at most 1e12, got 'ten'");
 }
 
 TEST(Urdf, AMisspeltElementIsNamed) {

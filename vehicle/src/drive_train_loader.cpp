@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "grouser/terrain/loaders.h"
+#include "ranges.h"
 #include "vehicle_reader.h"
 
 namespace grouser::vehicle {
@@ -14,8 +15,8 @@ MotorSpec read_motor(const ConfigNode& n, std::string name) {
   m.name = std::move(name);
   if (n.has("table")) {
     for (const ConfigNode& row : n.list("table")) {
-      m.speed.push_back(row.quantity("speed", "rad/s", Range::non_negative()));
-      m.torque.push_back(row.quantity("torque", "N m", Range::non_negative()));
+      m.speed.push_back(row.quantity("speed", "rad/s", Range{0, 1e6, false, false}));
+      m.torque.push_back(row.quantity("torque", "N m", ranges::non_negative));
       if (m.speed.size() > 1 && m.speed.back() <= m.speed[m.speed.size() - 2])
         row.error_at("speed", "speeds of a motor table must rise from row to row");
       row.finish();
@@ -23,15 +24,15 @@ MotorSpec read_motor(const ConfigNode& n, std::string name) {
     if (!m.speed.empty() && m.speed.front() != 0)
       n.error_at("table", "the first row of a motor table must have speed 0 rad/s (stall)");
   } else {
-    const double stall = n.quantity("stall_torque", "N m", Range::positive());
-    const double free = n.quantity("no_load_speed", "rad/s", Range::positive());
+    const double stall = n.quantity("stall_torque", "N m", ranges::positive);
+    const double free = n.quantity("no_load_speed", "rad/s", Range{0, 1e6, true, false});
     m.speed = {0.0, free};
     m.torque = {stall, 0.0};
   }
   m.efficiency = n.quantity_or("efficiency", 1.0, "1", {0.0, 1.0, true, false});
   m.regeneration = n.quantity_or("regeneration", 0.0, "1", Range::between(0, 1));
-  m.speed_gain = n.quantity("speed_gain", "N m s/rad", Range::positive());
-  m.angle_gain = n.quantity_or("angle_gain", 0.0, "N m/rad", Range::non_negative());
+  m.speed_gain = n.quantity("speed_gain", "N m s/rad", ranges::positive);
+  m.angle_gain = n.quantity_or("angle_gain", 0.0, "N m/rad", ranges::non_negative);
   n.finish();
   return m;
 }
@@ -60,7 +61,7 @@ int read_wheel_motor(const ConfigNode& wheel, VehicleSpec& v) {
 
 RunningGear read_gear(const ConfigNode& wheel, std::map<std::string, RunningGear>& cache, InputLog& log) {
   const std::filesystem::path file = wheel.existing_file("wheel");
-  if (file.empty()) return {};
+  if (!std::filesystem::is_regular_file(file)) return {};  // noted already
   const auto known = cache.find(file.string());
   if (known != cache.end()) return known->second;
   const ConfigDocument doc = ConfigDocument::from_file(file);
@@ -79,15 +80,15 @@ void read_drive_train(const ConfigNode& root, VehicleSpec& v) {
     return i;
   };
   if (const ConfigNode b = root.optional_map("battery"); b.present()) {
-    v.battery_capacity = b.quantity("capacity", "J", Range::positive());
+    v.battery_capacity = b.quantity("capacity", "J", ranges::positive);
     b.finish();
   }
   if (const ConfigNode s = root.optional_map("steering"); s.present()) {
     SteerSpec common;
     common.max_angle = s.quantity("max_angle", "rad", {0.0, 1.4, true, false});
-    common.gain = s.quantity("gain", "N m/rad", Range::positive());
-    common.damping = s.quantity("damping", "N m s/rad", Range::non_negative());
-    common.max_torque = s.quantity("max_torque", "N m", Range::positive());
+    common.gain = s.quantity("gain", "N m/rad", ranges::positive);
+    common.damping = s.quantity("damping", "N m s/rad", ranges::non_negative);
+    common.max_torque = s.quantity("max_torque", "N m", ranges::positive);
     for (const ConfigNode& item : s.list("joints")) {
       const int i = index_of(item.as_text(), joints);
       if (i < 0) {
@@ -105,8 +106,8 @@ void read_drive_train(const ConfigNode& root, VehicleSpec& v) {
     DifferentialSpec x;
     x.joint_a = joint_of(d, "joint_a");
     x.joint_b = joint_of(d, "joint_b");
-    x.stiffness = d.quantity("stiffness", "N m/rad", Range::positive());
-    x.damping = d.quantity("damping", "N m s/rad", Range::non_negative());
+    x.stiffness = d.quantity("stiffness", "N m/rad", ranges::positive);
+    x.damping = d.quantity("damping", "N m s/rad", ranges::non_negative);
     if (x.joint_a >= 0 && x.joint_b >= 0) {
       if (v.joints[x.joint_a].parent != v.joints[x.joint_b].parent)
         d.error("the two joints of a differential must have the same parent (the chassis)");

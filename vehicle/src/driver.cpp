@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ranges.h"
 #include "vehicle_reader.h"
 
 namespace grouser::vehicle {
@@ -55,20 +56,21 @@ class OpenLoop final : public Driver {
     bool torque = false, any_speed = false;
     for (const ConfigNode& r : n.list("table")) {
       Row row;
-      row.time = r.quantity("time", "s", Range::non_negative());
+      row.time = r.quantity("time", "s", ranges::pause);
       if (!rows_.empty() && row.time <= rows_.back().time)
         r.error_at("time", "times of the table must rise from row to row");
       row.value.assign(v.wheels.size(), 0.0);
       int given = 0;
       if (r.has("speed")) {
         ++given;
-        const double speed = r.quantity("speed", "m/s");
+        const double speed = r.quantity("speed", "m/s", ranges::speed);
         for (std::size_t i = 0; i < v.wheels.size(); ++i)
           row.value[i] = speed / std::max(1e-9, v.wheels[i].gear.radius());
       }
       if (r.has("left") || r.has("right")) {
         ++given;
-        const double left = r.quantity("left", "rad/s"), right = r.quantity("right", "rad/s");
+        const double left = r.quantity("left", "rad/s", ranges::spin),
+                     right = r.quantity("right", "rad/s", ranges::spin);
         for (std::size_t i = 0; i < v.wheels.size(); ++i) row.value[i] = v.wheels[i].left ? left : right;
       }
       if (r.has("wheels")) {
@@ -77,7 +79,7 @@ class OpenLoop final : public Driver {
         for (const WheelSpec& w : v.wheels) names.push_back(w.name);
         const ConfigNode wheels = r.map("wheels");
         for (const std::string& name : wheels.keys()) {
-          const double speed = wheels.quantity(name, "rad/s");
+          const double speed = wheels.quantity(name, "rad/s", ranges::spin);
           const int i = index_of(name, names);
           if (i < 0)
             wheels.error_at(name, unknown_name("wheel", name, names));
@@ -89,11 +91,11 @@ class OpenLoop final : public Driver {
       if (r.has("torque")) {
         ++given;
         torque = true;
-        row.value.assign(v.wheels.size(), r.quantity("torque", "N m"));
+        row.value.assign(v.wheels.size(), r.quantity("torque", "N m", ranges::any));
       }
       if (given != 1)
         r.error("a row of the table needs exactly one of 'speed', 'left' with 'right', 'wheels', 'torque'");
-      row.steer = r.quantity_or("steer", 0.0, "rad");
+      row.steer = r.quantity_or("steer", 0.0, "rad", Range::between(-1.4, 1.4));
       r.finish();
       rows_.push_back(row);
     }
@@ -138,10 +140,10 @@ struct SpeedLoop {
   double target = 0, ramp = 1, kp = 0.5, ki = 0.5;
   double integral = 0;
   void read(const ConfigNode& n) {
-    target = n.quantity("speed", "m/s");
-    ramp = n.quantity_or("ramp", 1.0, "s", Range::positive());
-    kp = n.quantity_or("proportional_gain", 0.5, "1", Range::non_negative());
-    ki = n.quantity_or("integral_gain", 1.0, "1/s", Range::non_negative());
+    target = n.quantity("speed", "m/s", ranges::speed);
+    ramp = n.quantity_or("ramp", 1.0, "s", ranges::duration);
+    kp = n.quantity_or("proportional_gain", 0.5, "1", ranges::non_negative);
+    ki = n.quantity_or("integral_gain", 1.0, "1/s", ranges::non_negative);
   }
   double rim_speed(double t, double dt, double v) {
     const double want = target * std::clamp(t / ramp, 0.0, 1.0), e = want - v;
@@ -185,9 +187,9 @@ class Path final : public Driver {
   Path(const ConfigNode& n, const VehicleSpec& v, const Pose& start) : v_(v) {
     loop_.read(n);
     if (loop_.target <= 0) n.error_at("speed", "a path is driven forward: the speed must be positive");
-    lookahead_ = n.quantity_or("lookahead", std::max(0.3, 1.2 * v.wheelbase()), "m", Range::positive());
-    tolerance_ = n.quantity_or("tolerance", 0.5 * lookahead_, "m", Range::positive());
-    turn_gain_ = n.quantity_or("turn_gain", 1.5, "1", Range::positive());
+    lookahead_ = n.quantity_or("lookahead", std::max(0.3, 1.2 * v.wheelbase()), "m", ranges::size);
+    tolerance_ = n.quantity_or("tolerance", 0.5 * lookahead_, "m", ranges::size);
+    turn_gain_ = n.quantity_or("turn_gain", 1.5, "1", ranges::positive);
     points_.push_back(start.p.head<2>());
     const Vec3 x = start.q * Vec3(Vec3::UnitX()), y = start.q * Vec3(Vec3::UnitY());
     for (const ConfigNode& p : n.list("waypoints")) {
@@ -197,7 +199,7 @@ class Path final : public Driver {
         p.error("a waypoint is [x, y], e.g. [2 m, 0.5 m]");
         continue;
       }
-      const double a = xy[0].as_quantity("m"), b = xy[1].as_quantity("m");
+      const double a = xy[0].as_quantity("m", ranges::place), b = xy[1].as_quantity("m", ranges::place);
       relative_.push_back(Vec2(a, b));
       points_.push_back(start.p.head<2>() + a * x.head<2>() + b * y.head<2>());
     }

@@ -174,6 +174,7 @@ RigSummary run_rig(const std::filesystem::path& yaml, const Registry& registry, 
 
   RigSummary summary;
   summary.folder = options.out;
+  summary.notices = spec.notices;
   summary.rows.resize(spec.cases.size());
   const FolderLock lock(options.out);
   // Left-overs of an earlier sweep would be read as cases of this one.

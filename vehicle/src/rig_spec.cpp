@@ -9,6 +9,8 @@
 
 #include "grouser/terrain/loaders.h"
 #include "grouser/terrain/terrain_loader.h"
+#include "ranges.h"
+#include "simplified_gears.h"
 
 namespace grouser::vehicle {
 
@@ -63,7 +65,7 @@ std::vector<SlipDefinition> read_definitions(const ConfigNode& root) {
   else
     root.error(
         "missing key 'slip_definition': rim is (r w - v)/(r w) for both signs, symmetric divides by the larger of |r "
-        "w| and |v|");
+        "w| and |v|; for example 'slip_definition: symmetric'");
   return out;
 }
 
@@ -87,10 +89,12 @@ void add_case(RigSpec& rig, RigCase c, const Sweep& s) {
 }
 
 void read_slip_cases(RigSpec& rig, const ConfigNode& root, const Sweep& s, const std::vector<double>& other) {
+  const std::size_t before = root.errors();
   std::vector<double> slips = root.quantities("slips", "1", 0, {-1e3, 1.0, false, false});
+  const bool slips_read = root.errors() == before;
   if (!other.empty()) slips = other;
   const auto definitions = read_definitions(root);
-  const double radius = root.quantity_or("slip_radius", rig.wheel.radius(), "m", Range::positive());
+  const double radius = root.quantity_or("slip_radius", rig.wheel.radius(), "m", ranges::size);
   const auto wrong_slip = [&](const std::string& message) {
     if (other.empty())
       root.error_at("slips", message);
@@ -102,6 +106,8 @@ void read_slip_cases(RigSpec& rig, const ConfigNode& root, const Sweep& s, const
         "exactly one of 'angular_speed' (for example 17 deg/s) and 'travel_speed' (for example 10 mm/s) is wanted");
   if (!s.distance && !s.duration)
     root.error("one of 'distance' (for example 0.7 m) and 'duration' (for example 20 s) is wanted");
+  // Without slips, a radius and a speed there is nothing to check; what is missing is noted already.
+  if (!slips_read || !(radius > 0) || s.angular_speed.has_value() == s.travel_speed.has_value()) return;
   for (const double load : s.loads)
     for (const SlipDefinition d : definitions)
       for (const double slip : slips) {
@@ -123,12 +129,17 @@ void read_slip_cases(RigSpec& rig, const ConfigNode& root, const Sweep& s, const
         if (!s.duration && s.distance && c.travel_speed == 0 && load == s.loads.front())
           wrong_slip(short_number(slip, "") +
                      "means no travel, so the rig file's 'distance' never ends the case: give it a 'duration' too");
+        if (!s.duration && s.distance && *s.distance > ranges::duration.upper * std::abs(c.travel_speed) &&
+            c.travel_speed != 0 && load == s.loads.front())
+          wrong_slip(short_number(slip, "") + "means a travel of " +
+                     short_number(*s.distance / std::abs(c.travel_speed), "s") +
+                     " over the rig file's 'distance', allowed is 1e6 s: give it a 'duration' too");
         add_case(rig, c, s);
       }
 }
 
 void read_torque_cases(RigSpec& rig, const ConfigNode& root, const Sweep& s) {
-  const std::vector<double> torques = root.quantities("torque", "N m");
+  const std::vector<double> torques = root.quantities("torque", "N m", 0, ranges::any);
   if (s.angular_speed || !s.travel_speed)
     root.error(
         "with 'torque' the wheel turns freely: give 'travel_speed' (for example 10 mm/s) and no 'angular_speed'");
@@ -170,16 +181,18 @@ Sweep read_sweep(RigSpec& rig, const ConfigNode& root) {
         "exactly one of 'load' (for example 115 N, the wheel's weight included) and 'mass' (for example 8.155 kg) is "
         "wanted");
   if (root.has("load")) {
-    s.loads = root.quantities("load", "N", 0, Range::positive());
-    rig.moving_mass = root.optional_quantity("moving_mass", "kg", Range::positive());
+    s.loads = root.quantities("load", "N", 0, ranges::load);
+    rig.moving_mass = root.optional_quantity("moving_mass", "kg", ranges::mass);
   } else if (root.has("mass")) {
-    rig.moving_mass = root.quantity("mass", "kg", Range::positive());
+    rig.moving_mass = root.quantity("mass", "kg", ranges::mass);
     s.loads = {*rig.moving_mass * rig.gravity};
+  } else {
+    root.node("moving_mass");  // known, and no second error
   }
-  s.angular_speed = root.optional_quantity("angular_speed", "rad/s");
-  s.travel_speed = root.optional_quantity("travel_speed", "m/s");
-  s.distance = root.optional_quantity("distance", "m", Range::positive());
-  s.duration = root.optional_quantity("duration", "s", Range::positive());
+  s.angular_speed = root.optional_quantity("angular_speed", "rad/s", ranges::spin);
+  s.travel_speed = root.optional_quantity("travel_speed", "m/s", ranges::speed);
+  s.distance = root.optional_quantity("distance", "m", Range{0, 1e6, true, false});
+  s.duration = root.optional_quantity("duration", "s", ranges::duration);
   s.slip_angle = root.quantity_or("slip_angle", 0, "rad", Range::between(-1.4, 1.4));
   return s;
 }
@@ -208,7 +221,7 @@ RigSpec load_rig(const std::filesystem::path& yaml, const Registry& registry, co
 
   rig.title = root.text("rig");
   rig.source = root.text_or("source", "");
-  rig.gravity = root.quantity_or("gravity", 9.81, "m/s^2", Range::positive());
+  rig.gravity = root.quantity_or("gravity", 9.81, "m/s^2", ranges::gravity);
   rig.seed = root.integer_or("seed", 1, 0, 1L << 53);
   rig.wheel = read_wheel(rig, root);
   rig.ground = load_ground(root.node("ground"), static_cast<std::uint64_t>(rig.seed));
@@ -218,20 +231,20 @@ RigSpec load_rig(const std::filesystem::path& yaml, const Registry& registry, co
   if (built) keep_text(rig, rig.terrain_map.existing_file("soil"));
 
   rig.time_step = root.quantity_or("time_step", 1e-3, "s", {1e-6, 0.1, false, false});
-  rig.settle = root.quantity_or("settle", 0.5, "s", Range::non_negative());
-  rig.ramp = root.quantity_or("ramp", 1.0, "s", Range::non_negative());
+  rig.settle = root.quantity_or("settle", 0.5, "s", ranges::pause);
+  rig.ramp = root.quantity_or("ramp", 1.0, "s", ranges::pause);
   rig.average_over = root.quantity_or("average_over", 0.5, "1", {0, 1, true, false});
-  rig.spin_inertia = root.optional_quantity("spin_inertia", "kg m^2", Range::positive());
+  rig.spin_inertia = root.optional_quantity("spin_inertia", "kg m^2", ranges::positive);
   const ConfigNode start = root.optional_map("start");
-  rig.x = start.quantity_or("x", 0, "m");
-  rig.y = start.quantity_or("y", 0, "m");
+  rig.x = start.quantity_or("x", 0, "m", ranges::place);
+  rig.y = start.quantity_or("y", 0, "m", ranges::place);
   start.finish();
   const ConfigNode touch = root.optional_map("touch_down");
   rig.lower = touch.choice_or("by", "trim", {"trim", "lowering"}) == "lowering";
-  rig.lowering_speed = touch.quantity_or("speed", 0.01, "m/s", Range::positive());
+  rig.lowering_speed = touch.quantity_or("speed", 0.01, "m/s", Range{0, 100, true, false});
   touch.finish();
   const ConfigNode output = root.optional_map("output");
-  rig.output_rate = output.quantity_or("rate", 50, "Hz", Range::positive());
+  rig.output_rate = output.quantity_or("rate", 50, "Hz", ranges::rate);
   output.finish();
 
   const Sweep sweep = read_sweep(rig, root);
@@ -263,6 +276,7 @@ RigSpec load_rig(const std::filesystem::path& yaml, const Registry& registry, co
         t.file(), t.line(), t.column(),
         "terrain '" + rig.model + "' has no static equilibrium to start from: write 'touch_down: {by: lowering}'");
   rig.assumptions = rig.document.assumptions();
+  tell_simplified_gears(*built, yaml.string(), rig.assumptions, rig.notices);
   return rig;
 }
 

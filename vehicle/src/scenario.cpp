@@ -5,6 +5,8 @@
 #include "grouser/terrain/loaders.h"
 #include "grouser/terrain/terrain_loader.h"
 #include "grouser/vehicle/vehicle_loader.h"
+#include "ranges.h"
+#include "simplified_gears.h"
 #include "vehicle_reader.h"
 
 namespace grouser::vehicle {
@@ -55,21 +57,21 @@ Scenario load_scenario(const std::filesystem::path& file, const Registry& regist
 
   s.title = root.text("scenario");
   root.text_or("description", "");
-  s.gravity = root.quantity_or("gravity", 9.81, "m/s^2", Range::positive());
+  s.gravity = root.quantity_or("gravity", 9.81, "m/s^2", ranges::gravity);
   s.seed = root.integer_or("seed", 1, 0, 1L << 53);
-  s.time_step = root.quantity_or("time_step", 1e-3, "s", {0.0, 0.02, true, false});
-  s.duration = overrides.duration ? (root.quantity("duration", "s", Range::positive()), *overrides.duration)
-                                  : root.quantity("duration", "s", Range::positive());
-  if (overrides.duration && !(*overrides.duration > 0 && std::isfinite(*overrides.duration)))
-    log.error("--duration", 0, 0, "must be positive and finite [s]");
+  s.time_step = root.quantity_or("time_step", 1e-3, "s", {1e-6, 0.02, false, false});
+  s.duration = overrides.duration ? (root.quantity("duration", "s", ranges::duration), *overrides.duration)
+                                  : root.quantity("duration", "s", ranges::duration);
+  if (overrides.duration && !ranges::duration.contains(*overrides.duration))
+    log.error("--duration", 0, 0, "must be more than 0 s and at most 1e6 s");
   else if (overrides.duration && !is_whole_steps(*overrides.duration, s.time_step))
     log.error("--duration", 0, 0,
               "must be a whole number of the scenario's time steps of " + milliseconds(s.time_step));
   if (!overrides.duration && s.document.diagnostics().empty())
     want_whole_steps(root, "duration", s.duration, s.time_step, "give a multiple of time_step");
   const ConfigNode output = root.optional_map("output");
-  s.output_rate = output.quantity_or("rate", 200.0, "1/s", Range::positive());
-  s.checkpoint_every = output.quantity_or("checkpoint_every", 1.0, "s", Range::positive());
+  s.output_rate = output.quantity_or("rate", 200.0, "1/s", ranges::rate);
+  s.checkpoint_every = output.quantity_or("checkpoint_every", 1.0, "s", ranges::duration);
   if (output.present()) {
     const bool readable = s.document.diagnostics().empty();  // else a wrong time step would be blamed on these too
     if (readable && output.has("rate"))
@@ -92,9 +94,9 @@ Scenario load_scenario(const std::filesystem::path& file, const Registry& regist
   if (!s.ground) s.ground = flat_ground();
 
   const ConfigNode start = root.optional_map("start");
-  const double x = start.quantity_or("x", 0.0, "m"), y = start.quantity_or("y", 0.0, "m");
-  const double yaw = start.quantity_or("yaw", 0.0, "rad");
-  if (start.has("settle")) s.settle = start.quantity("settle", "s", Range::non_negative());
+  const double x = start.quantity_or("x", 0.0, "m", ranges::place), y = start.quantity_or("y", 0.0, "m", ranges::place);
+  const double yaw = start.quantity_or("yaw", 0.0, "rad", Range::between(-100, 100));
+  if (start.has("settle")) s.settle = start.quantity("settle", "s", ranges::pause);
   if (start.present()) start.finish();
   s.start.q = Quat(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
   s.start.p = Vec3(x, y, 0);
@@ -124,11 +126,8 @@ Scenario load_scenario(const std::filesystem::path& file, const Registry& regist
     } catch (const TerrainError& e) {
       throw ConfigError(terrain.file(), terrain.line(), terrain.column(), e.what());
     }
-    if (!trial->capabilities().lugs && !std::holds_alternative<SmoothCylinder>(w.gear.shape)) {
-      const std::string as = "smooth cylinder of radius " + std::to_string(w.gear.outer_radius()) + " m";
-      s.assumptions.push_back({s.vehicle.file, w.name, as, "model " + s.model + " does not resolve lugs or meshes"});
-    }
   }
+  tell_simplified_gears(*trial, s.vehicle.file, s.assumptions, s.notices);
   s.start.p.z() = s.ground->height(x, y);
   return s;
 }

@@ -130,7 +130,31 @@ class Run {
                     scenario_.settle.value_or(settle_limit), speed_at_start_);
       all.emplace_back(text);
     }
+    add_coarse_step(all);
     return all;
+  }
+
+  /// The step against the stiffest contact, and what the step itself did to the energy.
+  void add_coarse_step(std::vector<std::string>& all) const {
+    if (scenario_.vehicle.wheels.empty()) return;
+    int stiffest = 0;
+    for (int i = 1; i < static_cast<int>(scenario_.vehicle.wheels.size()); ++i)
+      if (world_->contact_rate(i) > world_->contact_rate(stiffest)) stiffest = i;
+    const double rate = world_->contact_rate(stiffest), dt = scenario_.time_step;
+    const VehicleEnergy& e = world_->energy();
+    const double weight = scenario_.vehicle.total_mass() * scenario_.gravity;
+    const double by_step = std::abs(e.implicit) / std::max(e.yardstick(), 1e-3 * weight);  // at least 1 mm of height
+    if (rate * dt <= well_resolved || (rate * dt <= coarse_step && by_step <= coarse_share)) return;
+    char text[400];
+    std::snprintf(
+        text, sizeof text,
+        "time_step %.3g ms does not resolve the contact of wheel '%s', which rings at %.0f Hz across the "
+        "surface: the step itself %s %.2g J, %.2g %% of the %s (energy.implicit_correction), and the loads of "
+        "bounces are smoothed; time_step %.2g ms resolves it",
+        1e3 * dt, scenario_.vehicle.wheels[stiffest].name.c_str(), rate / (2 * pi),
+        e.implicit < 0 ? "takes" : "gives back", std::abs(e.implicit), 100 * by_step, e.yardstick_name(),
+        1e3 * fine_step / rate);
+    all.emplace_back(text);
   }
 
   void write_warnings() {
@@ -282,6 +306,7 @@ class Run {
     c.state = state;
     write_checkpoint(folder_ / "checkpoint.h5", c);
     r.warnings = warnings();
+    r.notices = scenario_.notices;
     write_warnings();
     Recorder& rec = record_->recorder();
     rec.set_attribute("end_state_hash", r.end_state_hash);
@@ -309,6 +334,8 @@ class Run {
     return r;
   }
 
+  // dt omega of a contact: warned above, warned above where the step has more than coarse_share of the energy, advised
+  static constexpr double coarse_step = 0.5, well_resolved = 0.2, fine_step = 0.125, coarse_share = 0.05;
   static constexpr double fastest = 100;                                          // [m/s]
   static constexpr double lost_height = 5;                                        // [m]
   static constexpr double rest_speed = 1e-4, rest_time = 0.5, settle_limit = 30;  // [m/s], [s], [s]

@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
+#include <optional>
 #include <sstream>
 
+#include "grouser/terrain/csv.h"
 #include "vehicle_reader.h"
 
 namespace grouser::vehicle {
@@ -15,11 +16,17 @@ namespace {
 
 using tinyxml2::XMLElement;
 
+constexpr double largest = 1e12, farthest = 1e3;  // beyond any vehicle: a wrong unit or exponent
+
 /// Stops of a URDF joint are hard; here they are springs of this stiffness.
 constexpr double stop_stiffness_turn = 2000, stop_stiffness_travel = 1e5;  // [N m/rad], [N/m]
 
 /// What is wrong and how to write it, in place of the parser's symbol.
-std::string xml_fault(const tinyxml2::XMLDocument& doc) {
+std::string xml_fault(const tinyxml2::XMLDocument& doc, const std::string& text, const std::string& line) {
+  if (const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+      first != std::string::npos && text[first] != '<')
+    return "the file begins with other text; a URDF file begins with <?xml ...?> or <robot name=\"...\">";
+  const std::string shown = line.size() > 50 ? line.substr(0, 50) + "..." : line;
   const std::string said = doc.ErrorStr() ? doc.ErrorStr() : "";
   const auto named = said.rfind("name=");
   const std::string name = named == std::string::npos ? "" : said.substr(named + 5);
@@ -28,7 +35,7 @@ std::string xml_fault(const tinyxml2::XMLDocument& doc) {
     case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT:
       return at + " is opened here and not closed, or closed by a tag of another name; write </" + name + ">";
     case tinyxml2::XML_ERROR_PARSING_ELEMENT:
-      return at + " is broken here; write <name ...> with </name> after its content, or <name .../>";
+      return at + " is broken in '" + shown + "'; write <name ...> with </name> after its content, or <name .../>";
     case tinyxml2::XML_ERROR_PARSING_ATTRIBUTE:
       return "an attribute of " + at + " is broken; write name=\"value\"";
     case tinyxml2::XML_ERROR_PARSING_COMMENT:
@@ -36,11 +43,13 @@ std::string xml_fault(const tinyxml2::XMLDocument& doc) {
     case tinyxml2::XML_ERROR_PARSING_TEXT:
       return "text that no tag closes; each <name> wants its </name>";
     case tinyxml2::XML_ERROR_PARSING_DECLARATION:
+      return "<?xml ...?> is allowed once, before everything else, and ends with ?>; is a second file appended here?";
     case tinyxml2::XML_ERROR_PARSING_UNKNOWN:
     case tinyxml2::XML_ERROR_PARSING_CDATA:
-      return "a <?...?> or <!...> that opens here is broken or not closed";
+      return "the <!...> that opens in '" + shown + "' is not closed; remove it, or end it with >";
     case tinyxml2::XML_ERROR_PARSING:
-      return "a tag that is opened in this line is not closed before the file ends; write </name>";
+      return "the tag that opens in '" + shown +
+             "' is not closed before the file ends; write </name> behind its content";
     case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
       return "the file is empty; a URDF file begins with <robot name=\"...\">";
     case tinyxml2::XML_ELEMENT_DEPTH_EXCEEDED:
@@ -66,6 +75,13 @@ class Reader {
     }
     return {file_, line, column};
   }
+  /// A line without the blanks around it.
+  std::string line(int number) const {
+    if (number < 1 || number > static_cast<int>(lines_.size())) return "";
+    const std::string& l = lines_[number - 1];
+    const std::size_t first = l.find_first_not_of(" \t\r");
+    return first == std::string::npos ? "" : l.substr(first, l.find_last_not_of(" \t\r") + 1 - first);
+  }
   /// First character of a line, for what has no element yet.
   Place line_start(int line) const {
     line = std::clamp(line, 1, std::max(1, static_cast<int>(lines_.size())));
@@ -89,9 +105,9 @@ class Reader {
     }
     char* end = nullptr;
     const double x = std::strtod(a, &end);
-    if (end == a || *end != '\0' || !std::isfinite(x)) {
-      error(e, std::string("attribute '") + attribute + "' of <" + e->Name() + "> must be a finite number, got '" + a +
-                   "'");
+    if (end == a || *end != '\0' || !std::isfinite(x) || std::abs(x) > largest) {
+      error(e, std::string("attribute '") + attribute + "' of <" + e->Name() +
+                   "> must be a number alone, in SI units, of at most 1e12, got '" + a + "'");
       return fallback;
     }
     return x;
@@ -102,9 +118,9 @@ class Reader {
     std::istringstream in(a);
     Vec3 x;
     std::string rest;
-    if (!(in >> x.x() >> x.y() >> x.z()) || (in >> rest) || !x.allFinite()) {
-      error(e,
-            std::string("attribute '") + attribute + "' of <" + e->Name() + "> must be three numbers, got '" + a + "'");
+    if (!(in >> x.x() >> x.y() >> x.z()) || (in >> rest) || !x.allFinite() || x.cwiseAbs().maxCoeff() > farthest) {
+      error(e, std::string("attribute '") + attribute + "' of <" + e->Name() +
+                   "> must be three numbers, each of at most 1000, as in '0 0 1', got '" + a + "'");
       return fallback;
     }
     return x;
@@ -129,6 +145,20 @@ class Reader {
   std::vector<std::string> lines_;
 };
 
+std::string defined_twice(const char* what, const std::string& name, int first) {
+  return std::string(what) + " '" + name + "' is defined twice, first in line " + std::to_string(first) +
+         "; rename or remove one of the two";
+}
+
+/// Where a <!DOCTYPE begins that is no comment's: what it defines would be lost without a word.
+std::optional<std::size_t> find_doctype(const std::string& text) {
+  for (std::size_t at = text.find("<!DOCTYPE"); at != std::string::npos; at = text.find("<!DOCTYPE", at + 1)) {
+    const std::size_t comment = text.rfind("<!--", at), end = text.rfind("-->", at);
+    if (comment == std::string::npos || (end != std::string::npos && end > comment)) return at;
+  }
+  return std::nullopt;
+}
+
 struct UrdfLink {
   const XMLElement* e = nullptr;
   Pose X_VL;  ///< link frame in V
@@ -145,7 +175,7 @@ void read_link(Reader& rd, const XMLElement* e, LinkSpec& l, Pose& X_LB) {
     if (!m)
       rd.error(in, "<inertial> needs <mass value=\"...\"/> [kg]");
     else if (l.mass = rd.number(m, "value", 0, true); l.mass < 0)
-      rd.error(m, "mass must be positive [kg]");
+      rd.error(m, "the mass must not be negative [kg]");
     if (!I) {
       rd.error(in, "<inertial> needs <inertia ixx= iyy= izz= ixy= ixz= iyz=> [kg m^2]");
     } else {
@@ -183,24 +213,39 @@ void read_link(Reader& rd, const XMLElement* e, LinkSpec& l, Pose& X_LB) {
 
 void read_urdf_vehicle(const std::filesystem::path& file, const ConfigNode& extras, ReadVehicle& r, InputLog& log) {
   VehicleSpec& v = r.spec;
-  std::ifstream in(file);
-  std::stringstream buffer;
-  buffer << in.rdbuf();
-  const std::string text = buffer.str();
-  Reader rd(file.string(), text, log);
-  tinyxml2::XMLDocument doc;
-  if (!in) {
-    log.error(file.string(), 0, 0, "cannot be read");
+  std::string text;
+  try {
+    text = read_text_file(file);
+  } catch (const ConfigError& e) {
+    log.errors.insert(log.errors.end(), e.diagnostics().begin(), e.diagnostics().end());
     return;
   }
+  Reader rd(file.string(), text, log);
+  if (const auto at = find_doctype(text)) {
+    const Place p = rd.line_start(
+        1 + static_cast<int>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(*at), '\n')));
+    log.error(
+        p.file, p.line, p.column,
+        "<!DOCTYPE ...> is not read: the entities and defaults in it would be lost; write them out and remove it");
+    return;
+  }
+  tinyxml2::XMLDocument doc;
   if (doc.Parse(text.c_str(), text.size()) != tinyxml2::XML_SUCCESS) {
     const Place p = rd.line_start(doc.ErrorLineNum());
-    log.error(p.file, p.line, p.column, "not well-formed XML: " + xml_fault(doc));
+    log.error(p.file, p.line, p.column, "not well-formed XML: " + xml_fault(doc, text, rd.line(p.line)));
     return;
   }
   const XMLElement* robot = doc.FirstChildElement("robot");
   if (!robot) {
-    log.error(file.string(), 1, 1, "a URDF file needs the root element <robot name=\"...\">");
+    const XMLElement* root = doc.RootElement();
+    const Place p = root ? rd.place(root) : Place{file.string(), 1, 1};
+    log.error(p.file, p.line, p.column,
+              std::string("a URDF file has the root element <robot name=\"...\">") +
+                  (root ? std::string("; here it is <") + root->Name() + ">" : ""));
+    return;
+  }
+  if (robot->Attribute("xmlns:xacro")) {
+    rd.error(robot, "this is a xacro file; write the URDF with 'xacro FILE > robot.urdf' and give that");
     return;
   }
   v.name = rd.name(robot);
@@ -212,7 +257,8 @@ void read_urdf_vehicle(const std::filesystem::path& file, const ConfigNode& extr
     LinkSpec l;
     Pose X;
     read_link(rd, e, l, X);
-    if (index_of(l.name, link_names(v)) >= 0) rd.error(e, "link '" + l.name + "' is defined twice");
+    if (const int first = index_of(l.name, link_names(v)); first >= 0)
+      rd.error(e, defined_twice("link", l.name, r.link_place[static_cast<std::size_t>(first)].line));
     v.links.push_back(l);
     X_LB.push_back(X);
     UrdfLink f;
@@ -227,7 +273,8 @@ void read_urdf_vehicle(const std::filesystem::path& file, const ConfigNode& extr
   for (const XMLElement* e = robot->FirstChildElement("joint"); e; e = e->NextSiblingElement("joint")) {
     JointSpec j;
     j.name = rd.name(e);
-    if (index_of(j.name, joint_names(v)) >= 0) rd.error(e, "joint '" + j.name + "' is defined twice");
+    if (const int first = index_of(j.name, joint_names(v)); first >= 0)
+      rd.error(e, defined_twice("joint", j.name, r.joint_place[static_cast<std::size_t>(first)].line));
     rd.only(e, {"origin", "parent", "child", "axis", "calibration", "dynamics", "limit", "mimic", "safety_controller"});
     const std::string type = rd.name(e, "type");
     if (index_of(type, {"revolute", "continuous", "prismatic", "fixed"}) < 0)
@@ -248,7 +295,7 @@ void read_urdf_vehicle(const std::filesystem::path& file, const ConfigNode& extr
     j.child = end("child");
     const XMLElement* ax = e->FirstChildElement("axis");
     Vec3 axis = rd.triple(ax, "xyz", Vec3::UnitX());
-    if (axis.norm() < 1e-9) rd.error(ax, "the axis must not be zero"), axis = Vec3::UnitX();
+    if (axis.norm() < 1e-9) rd.error(ax, "the axis must not be zero; for example xyz=\"0 1 0\""), axis = Vec3::UnitX();
     if (const XMLElement* m = e->FirstChildElement("mimic"))
       rd.error(m, "mimic joints are not supported; use 'differential' in the scenario for a rocker-bogie");
     if (const XMLElement* d = e->FirstChildElement("dynamics")) {

@@ -11,8 +11,8 @@ std::string unknown_name(const std::string& what, const std::string& name, const
   std::string all;
   for (const std::string& k : known) all += (all.empty() ? "" : ", ") + k;
   const auto near = did_you_mean(name, known);
-  return "unknown " + what + " '" + name + "'" + (near ? "; did you mean '" + *near + "'?" : "") +
-         " known: " + (all.empty() ? "none" : all);
+  return "unknown " + what + " '" + name + "'" + (near ? "; did you mean '" + *near + "'? known: " : "; known: ") +
+         (all.empty() ? "none" : all);
 }
 
 int index_of(const std::string& name, const std::vector<std::string>& names) {
@@ -77,7 +77,7 @@ void check_and_merge(ReadVehicle& r, InputLog& log) {
   const std::size_t before = log.errors.size();
   auto at = [&](const Place& p, const std::string& m) { log.error(p.file, p.line, p.column, m); };
   if (v.links.empty()) {
-    log.error(v.file, 1, 1, "the vehicle has no body");
+    log.error(v.file, 1, 1, "the vehicle has no body; a vehicle file has them in 'bodies:', a URDF as <link>");
     return;
   }
 
@@ -158,7 +158,8 @@ void check_and_merge(ReadVehicle& r, InputLog& log) {
       at(link_place[i], text);
     }
   }
-  if (v.wheels.empty()) log.error(v.file, 1, 1, "the vehicle has no wheel");
+  if (v.wheels.empty() && !r.wheels_elsewhere)
+    log.error(v.file, 1, 1, "the vehicle has no wheel; give at least one in 'wheels:'");
 }
 
 }  // namespace grouser::vehicle

@@ -48,4 +48,14 @@ VehicleSpec load_vehicle(const std::filesystem::path& file, const ConfigNode& ex
   return std::move(v.spec);
 }
 
+VehicleSpec load_urdf_alone(const std::filesystem::path& file, InputLog& log) {
+  ReadVehicle v;
+  v.spec.file = file.string();
+  v.wheels_elsewhere = true;
+  const std::size_t errors_before = log.errors.size();
+  read_urdf_vehicle(file, {}, v, log);
+  if (log.errors.size() == errors_before) check_and_merge(v, log);
+  return std::move(v.spec);
+}
+
 }  // namespace grouser::vehicle

@@ -22,7 +22,8 @@ inline constexpr std::array urdf_extras{"wheels", "motors", "steering", "differe
 struct ReadVehicle {
   VehicleSpec spec;
   std::vector<Place> link_place, joint_place;
-  std::vector<bool> fixed;  ///< per joint: merge the child into the parent
+  std::vector<bool> fixed;        ///< per joint: merge the child into the parent
+  bool wheels_elsewhere = false;  ///< a URDF alone: which links are wheels is said by a scenario
 };
 
 void read_yaml_vehicle(const ConfigNode& root, ReadVehicle& v, InputLog& log);

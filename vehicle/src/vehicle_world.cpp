@@ -7,7 +7,6 @@
 #include <BulletDynamics/ConstraintSolver/btHingeConstraint.h>
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
-#include <BulletDynamics/MLCPSolvers/btDantzigSolver.h>
 #include <BulletDynamics/MLCPSolvers/btMLCPSolver.h>
 
 #include <Eigen/Eigenvalues>
@@ -16,6 +15,7 @@
 #include <functional>
 
 #include "grouser/bullet/terrain_action.h"
+#include "joint_solver.h"
 
 namespace grouser::vehicle {
 
@@ -86,7 +86,7 @@ struct VehicleWorld::Impl {
   btDefaultCollisionConfiguration configuration{small_pools()};
   btCollisionDispatcher dispatcher{&configuration};
   btSimpleBroadphase broadphase{64};
-  btDantzigSolver dantzig;
+  JointSolver joint_solver;
   std::unique_ptr<btSequentialImpulseConstraintSolver> solver;
   std::unique_ptr<btDiscreteDynamicsWorld> world;
   btEmptyShape nothing;
@@ -112,8 +112,8 @@ struct VehicleWorld::Impl {
 
   Impl(const VehicleSpec& s, std::shared_ptr<Terrain> t, const WorldOptions& o)
       : spec(s), options(o), terrain(std::move(t)) {
-    if (o.solver == WorldOptions::Solver::dantzig)
-      solver = std::make_unique<btMLCPSolver>(&dantzig);
+    if (o.solver == WorldOptions::Solver::direct)
+      solver = std::make_unique<btMLCPSolver>(&joint_solver);
     else
       solver = std::make_unique<btSequentialImpulseConstraintSolver>();
     world = std::make_unique<btDiscreteDynamicsWorld>(&dispatcher, &broadphase, solver.get(), &configuration);
@@ -548,6 +548,7 @@ double VehicleWorld::joint_speed(int j) const { return impl_->joints[j].rate; }
 double VehicleWorld::motor_torque(int w) const { return impl_->motor_torque[w]; }
 double VehicleWorld::motor_power() const { return impl_->motor_power; }
 const ContactReport& VehicleWorld::contact(int w) const { return impl_->action->result(impl_->soil_body[w]).report; }
+double VehicleWorld::contact_rate(int w) const { return impl_->action->contact_rate(impl_->soil_body[w]); }
 Vec3 VehicleWorld::soil_force(int w) const {
   return impl_->dt > 0 ? Vec3(impl_->soil_applied[w].f / impl_->dt) : Vec3(Vec3::Zero());
 }

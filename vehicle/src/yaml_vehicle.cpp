@@ -1,19 +1,22 @@
 #include <cmath>
 
+#include "ranges.h"
 #include "vehicle_reader.h"
 
 namespace grouser::vehicle {
 
 namespace {
 
+Range range_of(std::string_view unit) { return unit == "kg m^2" ? ranges::inertia : ranges::offset; }
+
 Vec3 vec3(const ConfigNode& n, const std::string& key, std::string_view unit, const Vec3& fallback = Vec3::Zero()) {
   if (!n.has(key)) return fallback;
-  const std::vector<double> x = n.quantities(key, unit, 3);
+  const std::vector<double> x = n.quantities(key, unit, 3, range_of(unit));
   return x.size() == 3 ? Vec3(x[0], x[1], x[2]) : fallback;
 }
 
 Vec3 required_vec3(const ConfigNode& n, const std::string& key, std::string_view unit) {
-  const std::vector<double> x = n.quantities(key, unit, 3);
+  const std::vector<double> x = n.quantities(key, unit, 3, range_of(unit));
   return x.size() == 3 ? Vec3(x[0], x[1], x[2]) : Vec3(Vec3::Zero());
 }
 
@@ -34,8 +37,7 @@ void read_inertia(const ConfigNode& body, LinkSpec& l) {
     l.visuals.push_back({Visual::Kind::box, s, {}});
   } else if (n.has("cylinder")) {
     const ConfigNode c = n.map("cylinder");
-    const double r = c.quantity("radius", "m", Range::positive()),
-                 length = c.quantity("length", "m", Range::positive());
+    const double r = c.quantity("radius", "m", ranges::size), length = c.quantity("length", "m", ranges::size);
     l.inertia = cylinder_inertia(l.mass, r, length);
     l.visuals.push_back({Visual::Kind::cylinder, Vec3(r, length, 0), {}});
     c.finish();
@@ -57,7 +59,7 @@ void read_visuals(const ConfigNode& body, LinkSpec& l) {
     if (n.has("cylinder")) {
       const ConfigNode c = n.map("cylinder");
       s.kind = Visual::Kind::cylinder;
-      s.size = Vec3(c.quantity("radius", "m", Range::positive()), c.quantity("length", "m", Range::positive()), 0);
+      s.size = Vec3(c.quantity("radius", "m", ranges::size), c.quantity("length", "m", ranges::size), 0);
       c.finish();
     } else {
       s.size = required_vec3(n, "box", "m");
@@ -74,22 +76,22 @@ void read_joint_forces(const ConfigNode& n, JointSpec& j) {
   const char* k = turn ? "N m/rad" : "N/m";
   const char* c = turn ? "N m s/rad" : "N s/m";
   if (const ConfigNode s = n.optional_map("spring"); s.present()) {
-    j.stiffness = s.quantity("stiffness", k, Range::positive());
+    j.stiffness = s.quantity("stiffness", k, ranges::positive);
     if (s.has("preload")) {
       // Force of the spring in the design pose, positive when it pushes q upward.
-      j.rest = s.quantity("preload", turn ? "N m" : "N") / (j.stiffness > 0 ? j.stiffness : 1.0);
+      j.rest = s.quantity("preload", turn ? "N m" : "N", ranges::any) / (j.stiffness > 0 ? j.stiffness : 1.0);
     } else {
-      j.rest = s.quantity_or("rest", 0.0, x);
+      j.rest = s.quantity_or("rest", 0.0, x, ranges::offset);
     }
     s.finish();
   }
-  j.damping = n.quantity_or("damping", 0.0, c, Range::non_negative());
+  j.damping = n.quantity_or("damping", 0.0, c, ranges::non_negative);
   if (const ConfigNode s = n.optional_map("stops"); s.present()) {
     StopSpec stop;
-    stop.lower = s.quantity("lower", x);
-    stop.upper = s.quantity("upper", x);
-    stop.stiffness = s.quantity("stiffness", k, Range::positive());
-    stop.damping = s.quantity_or("damping", 0.0, c, Range::non_negative());
+    stop.lower = s.quantity("lower", x, ranges::offset);
+    stop.upper = s.quantity("upper", x, ranges::offset);
+    stop.stiffness = s.quantity("stiffness", k, ranges::positive);
+    stop.damping = s.quantity_or("damping", 0.0, c, ranges::non_negative);
     if (s.has("lower") && s.has("upper") && !(stop.lower < stop.upper))
       s.error("'lower' of the stops must be below 'upper'");
     s.finish();
@@ -115,7 +117,7 @@ void read_wheel(const std::string& name, const ConfigNode& n, ReadVehicle& r, st
   w.gear = read_gear(n, gears, log);
   LinkSpec l;
   l.name = name;
-  l.mass = n.quantity("mass", "kg", Range::positive());
+  l.mass = n.quantity("mass", "kg", ranges::mass);
   l.X_VB.p = required_vec3(n, "position", "m");
   if (n.has("inertia")) {
     read_inertia(n, l);
@@ -126,7 +128,7 @@ void read_wheel(const std::string& name, const ConfigNode& n, ReadVehicle& r, st
   JointSpec j;
   j.name = name + "_axle";
   j.parent = link_of(n, "carrier", v);
-  j.damping = n.quantity_or("bearing_damping", 0.0, "N m s/rad", Range::non_negative());
+  j.damping = n.quantity_or("bearing_damping", 0.0, "N m s/rad", ranges::non_negative);
   j.anchor_V = l.X_VB.p;
   w.motor = read_wheel_motor(n, v);
   w.left = l.X_VB.p.y() > 0;
@@ -157,7 +159,7 @@ void read_yaml_vehicle(const ConfigNode& root, ReadVehicle& r, InputLog& log) {
     const ConfigNode n = bodies.map(name);
     LinkSpec l;
     l.name = name;
-    l.mass = n.quantity("mass", "kg", Range::positive());
+    l.mass = n.quantity("mass", "kg", ranges::mass);
     l.X_VB = {vec3(n, "position", "m"), from_rpy(vec3(n, "rotation", "rad"))};
     read_inertia(n, l);
     read_visuals(n, l);
@@ -176,7 +178,7 @@ void read_yaml_vehicle(const ConfigNode& root, ReadVehicle& r, InputLog& log) {
       j.child = link_of(n, "child", v);
       if (type != "fixed") {
         j.anchor_V = required_vec3(n, "anchor", "m");
-        const std::vector<double> a = n.quantities("axis", "1", 3);
+        const std::vector<double> a = n.quantities("axis", "1", 3, ranges::any);
         if (a.size() == 3) {
           j.axis_V = Vec3(a[0], a[1], a[2]);
           if (j.axis_V.norm() < 1e-9)

@@ -343,7 +343,7 @@ export function assumptions(runs: { header: { assumptions: { file: string; key: 
   for (const r of runs)
     for (const a of r.header.assumptions) seen.set(`${a.file} ${a.key}`, [a.key, a.value, a.why, a.file.replace(/^.*\//, '')].map((s) => String(s ?? '')));
   if (seen.size === 0) return null;
-  return details(`${seen.size} assumed value${seen.size > 1 ? 's' : ''}: the sources do not give them`, table(['value', 'assumed', 'why', 'file'], [...seen.values()]));
+  return details(`${seen.size} assumption${seen.size > 1 ? 's' : ''}: values that the sources do not give, and what the model simplifies`, table(['of', 'assumed', 'why', 'file'], [...seen.values()]));
 }
 
 export function warnings(items: string[]): HTMLElement | null {

@@ -19,6 +19,10 @@ namespace grouser::bekker {
 /// down from above: the two halves cancel and nothing pushes it. All are zero clear of the soil.
 /// S2, S4 and S5 are integrated exactly for the velocities of the step.
 ///
+/// At rest the load N/g of a wheel rocks on the stick and bounces on the pressure with the damping ratios `stick_damping` and
+/// `bounce_damping`, both 0.15: u answers as u + tau u', sigma as sigma (1 + chi h'), never tensile; nothing changes in steady rolling,
+///   tau = 2 zeta sqrt(K N/(g (c A + N tan phi))),   chi = 2 zeta sqrt((n + 1/2)/(g h))                            (S6, S7)
+///
 /// r: radius over the lugs, which is that of the patch; lugs by eqs 2.14 and 2.15 (mean pressure of tips and tread). Options choose the quadrature
 /// or a closed form (eqs 2.17 to 2.20) for W+ and the direction of the shear stress.
 /// Range: sinkage up to about half the radius; smooth grounds are exact, rough ones by the equivalent patch. Cannot: ruts and multi-pass,

@@ -58,16 +58,17 @@ struct SolverSettings {
   std::string isa;      ///< "avx512", "avx2", "base"; empty: the best this machine has
 };
 
-/// Energies [J]. Springs and motion: now; the rest: since the start. Each has its own formula (README, "Energy"); they
-/// close up to the error of the step: residual() = held + lost - given, from the moment the solver was made.
+/// Energies [J] at the positions of the last forces: springs and motion as they are then, the rest since the first step
+/// (README, "Energy"). residual() = held + lost - given is the error of the step, second order.
 struct Ledger {
   double kinetic = 0, normal_spring = 0, tangential_spring = 0, rolling_spring = 0;
   double normal_damping = 0, tangential_damping = 0, rolling_damping = 0, sliding = 0, rolling_slip = 0;
   double tangential_change = 0, rolling_change = 0;  ///< lost as springs change stiffness or direction under load
   double drag = 0;
+  double cohesion = 0;             ///< held by cohesion, negative
   double gravity = 0, bodies = 0;  ///< work on the grains
-  double start = 0;                ///< kinetic energy given
-  double held() const { return kinetic + normal_spring + tangential_spring + rolling_spring; }
+  double start = 0;                ///< held at the start
+  double held() const { return kinetic + normal_spring + tangential_spring + rolling_spring + cohesion; }
   double lost() const {
     return normal_damping + tangential_damping + rolling_damping + sliding + rolling_slip + tangential_change +
            rolling_change + drag;
@@ -96,10 +97,12 @@ class Solver {
   /// A body without surfaces; add those next. Returns its number.
   int add_body(const BodySettings& b);
   /// Surfaces of a body, in its frame; each returns its number. @throws DemError: a plane that leans along a periodic
-  /// axis or turns, an empty mesh, a triangle without area, a grain inside the cylinder.
+  /// axis or turns, an empty mesh, a triangle without area, an open mesh said to be solid, a grain (not frozen) that is
+  /// deeper in the surface than a quarter of its radius or, where there is an inside, lies in it.
   int add_plane(int body, const Vec3& point, const Vec3& normal,
                 int material = 0);  ///< grains stay where normal points
-  int add_mesh(int body, const Mesh& mesh, int material = 0);
+  /// `solid`: the mesh is closed and full (a wheel, a plate); otherwise it is a sheet (the walls of a box).
+  int add_mesh(int body, const Mesh& mesh, int material = 0, bool solid = false);
   int add_cylinder(int body, double radius, double half_width, int material = 0);  ///< about y
   int add_spheres(int body, const std::vector<Vec3>& centres, const std::vector<double>& radii, int material = 0);
   /// Fixed floor z = 0 with grains above; short for a body with a plane. Returns the body.

@@ -15,6 +15,8 @@ struct Mesh {
   void append(const Mesh& other);
   /// Open edges, those of one triangle only: 0 for a closed mesh.
   std::size_t open_edges() const;
+  /// Whether a point lies inside a closed mesh: solid angle of all triangles seen from it (Van Oosterom, Strackee 1983).
+  bool contains(const Vec3& x) const;
   double area() const;    ///< [m2]
   double volume() const;  ///< [m3], signed, of a closed mesh
 };

@@ -32,7 +32,7 @@ struct WheelStep {
 /// the coming step and its impulse is zero (`released`).
 ///
 /// Returns false when the system is singular or past it (det <= 0: the contact is anti-restoring faster than dt can follow) or not
-/// finite. Cost: one LU of 6 x (wheels with a linearisation in contact), about 5 us for four.
+/// finite. Cost: one block LU of 6 x (wheels with a linearisation in contact), about 3 us for four.
 bool implicit_impulses(std::vector<WheelStep>& wheels, const Eigen::MatrixXd& W, double dt);
 
 /// dt * omega of a contact treated explicitly: the larger of sqrt|eig(dt^2 K W)| and |eig(dt D W)|, W the 6 x 6 block of that wheel.

@@ -13,6 +13,7 @@
 #include <LinearMath/btIDebugDraw.h>
 
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <functional>
@@ -103,6 +104,12 @@ class TerrainAction : public btActionInterface {
   /// Steps in which the host was found to have moved a wheel.
   std::int64_t teleports() const { return teleports_; }
   double time() const { return time_; }
+  /// Circular frequency of a wheel's contact across the surface, sqrt(-K_zz W_zz) [rad/s], root mean square over the steps in contact so
+  /// far; 0 without a linearisation. Bounces are resolved while dt times it is small against 1; eq 1 damps them above.
+  double contact_rate(int wheel) const {
+    const Wheel& w = wheels_.at(static_cast<std::size_t>(wheel));
+    return w.in_contact > 0 ? std::sqrt(w.rate_squared / static_cast<double>(w.in_contact)) : 0.0;
+  }
   double terrain_seconds() const { return terrain_seconds_; }
   Terrain& terrain() const { return *terrain_; }
 
@@ -133,6 +140,8 @@ class TerrainAction : public btActionInterface {
       s.field("fresh", w.fresh);
       s.field("warned", w.warned);
       s.field("probed_force", w.probed_force);
+      s.field("rate_squared", w.rate_squared);
+      s.field("in_contact", w.in_contact);
     }
     mobility_.traverse(s, hosts_);
     terrain_->traverse(s);
@@ -176,6 +185,8 @@ class TerrainAction : public btActionInterface {
     bool fresh = true;       ///< no last step to learn from
     bool warned = false;
     double probed_force = 0;
+    double rate_squared = 0;      ///< sum of -K_zz W_zz over the steps in contact
+    std::int64_t in_contact = 0;  ///< their number
   };
 
   static Vec6 vector(const Twist& V) {
@@ -261,6 +272,10 @@ class TerrainAction : public btActionInterface {
         s.linearised = true;
         s.K = r.linearisation->dF_dx;
         s.D = r.linearisation->dF_dv;
+        if (s.K(2, 2) < 0) {
+          wheels_[i].rate_squared -= s.K(2, 2) * W(2, 2);
+          ++wheels_[i].in_contact;
+        }
       } else if (r.linearisation) {
         refuse_above_one(i, r.linearisation->dF_dx, r.linearisation->dF_dv, W, dt, "set Options::implicit = true");
       } else if (r.report.in_contact) {

@@ -16,7 +16,7 @@ struct Diagnostic {
   std::string file;
   int line = 0, column = 0;
   std::string message;       ///< what is wrong and what is allowed, one line
-  std::string text() const;  ///< "file:line:column: message"
+  std::string text() const;  ///< "file:line:column: message", printable, a very long message without its middle
 };
 
 /// All errors of one input. what() is one line per error. The program ends with exit code 2.
@@ -141,6 +141,10 @@ class ConfigDocument {
   std::shared_ptr<Impl> impl_;
   friend class ConfigNode;
 };
+
+/// Text as it can be shown in one line: control characters, line ends, bytes that are no UTF-8 and characters without a width as
+/// \xNN, \n or \uNNNN.
+std::string printable(std::string_view s);
 
 /// Nearest of `known` to `word` when close enough to be a typo (Damerau-Levenshtein distance <= max(1, length/3)).
 std::optional<std::string> did_you_mean(std::string_view word, const std::vector<std::string>& known);

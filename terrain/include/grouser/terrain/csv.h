@@ -31,7 +31,7 @@ class FileErrors {
   std::size_t more_ = 0;
 };
 
-/// Whole file. @throws ConfigError when it cannot be read.
+/// Whole file. @throws ConfigError when it cannot be read or is no text (a picture, an HDF5 file, control characters).
 std::string read_text_file(const std::filesystem::path& file);
 
 /// A finite number that fills `cell` (blanks around it and a leading + allowed); otherwise nullopt.
@@ -51,7 +51,7 @@ class CsvFile {
     int line;               ///< from 1
     std::string_view text;  ///< the line as it stands, without its end
   };
-  /// @throws ConfigError when the file cannot be read.
+  /// @throws ConfigError when the file cannot be read, is no text, or its first line is separated by ';' or tabs.
   static CsvFile read(const std::filesystem::path& file);
 
   const std::filesystem::path& file() const { return file_; }

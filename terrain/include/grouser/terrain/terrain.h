@@ -104,7 +104,7 @@ struct Cell {
 /// [J] since the start. Each entry comes from its own formula, none is a remainder:
 ///   work_on_bodies = sum of impulse . V_end;   stored = recoverable energy in the soil now (elastic, stick springs);
 ///   dissipated = integral of the local stress power that is not recoverable;   external = work put in by switched effects that are not soil;
-///   integration = leading error of the end-of-step rule for elastic work, O(dt): sum of (1/2) k (displacement of the step)^2.
+///   integration = error of the end-of-step rule for elastic work, O(dt): end force times displacement less the work on the way.
 /// It closes when |work_on_bodies + stored + dissipated + integration - external| is small against the gross work.
 struct EnergyLedger {
   double work_on_bodies = 0, stored = 0, dissipated = 0, external = 0, integration = 0;
@@ -118,7 +118,13 @@ struct Capabilities {
   bool integrates_wheel = false;  ///< the model integrates the wheel itself: the adapter applies its impulse as it is
   bool linearises = true;         ///< BodyResult::linearisation is filled while in contact
   bool continuous = true;         ///< force is a function of motion and state, so preview() serves an ODE solver
-  bool lugs = false;              ///< lugs and mesh detail are resolved; else a gear is carried as the cylinder over them
+  bool lugs = false;  ///< lugs and mesh detail are resolved; else a gear is carried as the cylinder over them
+};
+
+/// How a model carries a gear that it does not take as it is.
+struct SimplifiedGear {
+  std::string as;   ///< "smooth cylinder of radius 135 mm"
+  std::string why;  ///< "model rigid does not resolve lugs or meshes"
 };
 
 /// Base of every soil model. Public calls check their arguments and call a protected virtual; a model implements id, capabilities,
@@ -138,6 +144,9 @@ class Terrain {
   /// Before the first step. @throws TerrainError for a gear that the model cannot carry, or after the first step. Returns the body's index.
   int add_body(BodySpec body);
   const std::vector<BodySpec>& bodies() const { return bodies_; }
+  /// How bodies()[body]'s gear is simplified, for the assumptions of a run; nothing when it is taken as it is. Ask when all bodies
+  /// are added. Default: without Capabilities::lugs, whatever is no smooth cylinder is carried as the cylinder over it.
+  virtual std::optional<SimplifiedGear> simplified_gear(int body) const;
 
   /// Advance from t to t + dt. @throws TerrainError: sizes differ from bodies(), a value not finite, a quaternion not unit,
   /// dt <= 0, t not where the last step ended; also when the model's result is not finite (names body and time).

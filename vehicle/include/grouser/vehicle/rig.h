@@ -62,6 +62,7 @@ struct RigSummary {
   std::vector<RigRow> rows;
   std::vector<RigErrorRow> errors;
   double wall_s = 0, simulated_s = 0;
+  std::vector<std::string> notices;  ///< how the terrain simplifies the wheel
 };
 
 /// Run every case of the file. Writes <out>/case_000/run.h5 ..., sweep.csv, and with `measured:` errors.csv and measured.csv; the

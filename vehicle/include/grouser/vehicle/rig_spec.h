@@ -53,6 +53,7 @@ struct RigSpec {
   std::vector<RigCase> cases;
   std::optional<RigMeasured> measured;
   std::vector<Assumption> assumptions;
+  std::vector<std::string> notices;  ///< as in Scenario
   ConfigDocument document;
   ConfigNode terrain_map;  ///< the file's `terrain:`
   std::optional<std::string> model_override;

@@ -27,11 +27,12 @@ struct Scenario {
   GroundPtr ground;
   double duration = 0, time_step = 1e-3, gravity = 9.81;  ///< [s], [s], [m/s^2]
   long seed = 1;
-  double output_rate = 200;     ///< [Hz]
-  double checkpoint_every = 1;  ///< [s]
+  double output_rate = 200;      ///< [Hz]
+  double checkpoint_every = 1;   ///< [s]
   std::optional<double> settle;  ///< [s] of standing still before t = 0; none: until at rest (simulation.h)
-  Pose start;                   ///< vehicle frame: x, y and yaw; z = height of the ground there
+  Pose start;                    ///< vehicle frame: x, y and yaw; z = height of the ground there
   std::vector<Assumption> assumptions;
+  std::vector<std::string> notices;  ///< the assumptions that only the vehicle on this terrain shows, as lines to print
   ScenarioOverrides overrides;
   const Registry* registry = nullptr;
   ConfigDocument document;

@@ -51,6 +51,7 @@ struct RunSummary {
   double total_mass = 0;             ///< [kg]
   std::vector<std::string>
       warnings;  ///< what the results must be read with: a wheel left the ground's data, no rest at the start
+  std::vector<std::string> notices;  ///< how the terrain simplifies the wheels
 };
 
 /// @throws ConfigError (input), ResultsError (folder cannot be written), SimulationError.

@@ -29,4 +29,7 @@ struct InputLog {
 /// that is not revolute, ... The returned value is only good when log.check() passes.
 VehicleSpec load_vehicle(const std::filesystem::path& file, const ConfigNode& extras, InputLog& log);
 
+/// The bodies and joints of a URDF file alone, checked as above; which links are wheels only a scenario says.
+VehicleSpec load_urdf_alone(const std::filesystem::path& file, InputLog& log);
+
 }  // namespace grouser::vehicle

@@ -2,7 +2,7 @@
 // A vehicle in a Bullet world (float64) on a terrain, with its energy account.
 //
 // Maximal coordinates: one btRigidBody per body, btHingeConstraint and btGeneric6DofSpring2Constraint for the joints,
-// the direct solver (btMLCPSolver with Dantzig's pivoting: all rows are equations, so it is one LDL^T).
+// the direct solver (btMLCPSolver; all rows are equations, so it is one Cholesky factorisation).
 // vehicle/README.md has the measured drift and cost of this and of the alternatives. Nothing collides: soil contact is
 // the terrain's.
 #include <algorithm>
@@ -17,9 +17,9 @@ namespace grouser::vehicle {
 
 struct WorldOptions {
   double gravity = 9.81;  ///< [m/s^2] >= 0, along -z
-  /// dantzig: direct. sequential: Bullet's default projected Gauss-Seidel with `iterations`. For measuring one against
+  /// direct: joint_solver.h. sequential: Bullet's default projected Gauss-Seidel with `iterations`. For measuring one against
   /// the other.
-  enum class Solver { dantzig, sequential } solver = Solver::dantzig;
+  enum class Solver { direct, sequential } solver = Solver::direct;
   int iterations = 50;
   double erp = 0.5;  ///< [-] (0, 1] share of a joint's position error that is removed per step
 };
@@ -94,6 +94,8 @@ class VehicleWorld {
   double motor_power() const;              ///< [W] mechanical, mean over the last step
   const ContactReport& contact(int wheel) const;
   Vec3 soil_force(int wheel) const;  ///< [N] applied in the last step, W
+  /// [rad/s] frequency of the wheel's contact across the surface (TerrainAction::contact_rate)
+  double contact_rate(int wheel) const;
   /// [m] largest distance of joined points, along the axis of a prismatic joint not counted.
   double joint_drift() const;
   Vec3 chassis_acceleration() const;  ///< [m/s^2] mean over the last step, W

@@ -1,0 +1,208 @@
+// Soil tests, runs and beds of grains as a user calls them: results, messages, and what is left after a kill.
+#include <gtest/gtest.h>
+
+#include <regex>
+
+#include "command.h"
+
+namespace grouser::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path quick = source / "examples" / "06_soil_tests";
+
+/// Starts the command, kills it (SIGKILL) as soon as `file` is there, and says whether it was killed before its end.
+bool killed_after(const std::string& arguments, const fs::path& file) {
+  const std::string line =
+      "'" GROUSER_COMMAND "' " + arguments + " >/dev/null 2>&1 & p=$!; n=0; until [ -e '" + file.string() +
+      "' ] || [ $n -gt 2000 ]; do sleep 0.02; n=$((n+1)); done; kill -KILL $p; wait $p; " + "[ $? -eq 137 ]";
+  const int status =
+      std::system(("bash -c \"" + std::regex_replace(line, std::regex("([\"$])"), "\\$1") + "\"").c_str());
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+/// A copy of a file with one text in it replaced.
+fs::path changed(const fs::path& file, const std::string& from, const std::string& to, const std::string& name) {
+  std::string text = read_text(file);
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  text.replace(at, from.size(), to);
+  const fs::path out = scratch() / name;
+  std::ofstream(out) << text;
+  return out;
+}
+
+void expect_message(const std::string& arguments, int code, const std::string& message) {
+  const CommandResult r = grouser_command(arguments, scratch());
+  EXPECT_EQ(r.code, code) << r.err;
+  EXPECT_NE(r.err.find(message), std::string::npos) << r.err;
+}
+
+TEST(SoilCommand, AKilledTestContinuesWithTheSameBits) {
+  const std::string test = "soil direct-shear '" + (quick / "shear_quick.yaml").string() + "' --quiet --beds " +
+                           (scratch() / "beds").string() + " --checkpoint-every 0 --out ";
+  const fs::path whole = scratch() / "whole", parts = scratch() / "parts";
+  ASSERT_EQ(grouser_command(test + whole.string(), source).code, 0);
+  const std::string name = "5000_Pa_20_mm_s-seed1";
+  ASSERT_TRUE(killed_after(test + parts.string(), parts / (name + ".checkpoint.h5")));
+  EXPECT_FALSE(fs::exists(parts / (name + ".yaml")));
+  ASSERT_EQ(grouser_command(test + parts.string(), source).code, 0);
+  for (const char* seed : {"1", "2"}) {
+    const std::string file = "5000_Pa_20_mm_s-seed" + std::string(seed) + ".csv";
+    EXPECT_EQ(read_text(whole / file), read_text(parts / file));
+  }
+  EXPECT_FALSE(fs::exists(parts / (name + ".checkpoint.h5")));
+  EXPECT_GT(fs::file_size(parts / "report.html"), 100000u);
+  // Finished cases are not computed again; two at a time give the same.
+  const CommandResult again = grouser_command(
+      "soil direct-shear '" + (quick / "shear_quick.yaml").string() + "' --out " + parts.string(), source);
+  EXPECT_NE(again.err.find("2 of 2 cases are finished already"), std::string::npos) << again.err;
+  const fs::path pair = scratch() / "pair";
+  ASSERT_EQ(grouser_command(test + pair.string() + " --threads 2", source).code, 0);
+  EXPECT_EQ(read_text(whole / "mean.csv"), read_text(pair / "mean.csv"));
+}
+
+TEST(SoilCommand, ResultsOfOtherInputsAreNotMixedIn) {
+  const fs::path out = scratch() / "mixed";
+  const fs::path one = changed(quick / "sinkage_quick.yaml", "seeds: [1, 2]", "seeds: [1]", "one.yaml");
+  ASSERT_EQ(grouser_command("soil pressure-sinkage one.yaml --quiet --out mixed", scratch()).code, 0);
+  changed(one, "friction: 0.86", "friction: 0.5", "other.yaml");
+  expect_message("soil pressure-sinkage other.yaml --quiet --out mixed", 2,
+                 "holds the results of other inputs; use --overwrite, or another folder with --out");
+}
+
+TEST(SoilCommand, EveryMistakeIsNamedWithItsPlace) {
+  const fs::path wrong =
+      changed(changed(changed(quick / "shear_quick.yaml", "friction: 0.86", "fricton: 0.86", "w1.yaml"), "side: 40 mm",
+                      "side: 15 mm", "w2.yaml"),
+              "restitution: 0.4", "restitution: 1.4", "wrong_shear.yaml");
+  const CommandResult r = grouser_command("soil direct-shear wrong_shear.yaml", scratch());
+  EXPECT_EQ(r.code, 2);
+  EXPECT_NE(r.err.find("did you mean 'friction'"), std::string::npos) << r.err;
+  EXPECT_NE(
+      r.err.find("wrong_shear.yaml:15:9: direct_shear.side: the box must be wider than two of the largest grains"),
+      std::string::npos)
+      << r.err;
+  EXPECT_NE(r.err.find("restitution"), std::string::npos) << r.err;
+}
+
+TEST(SoilCommand, ARollingCoefficientHasTheUnitOfItsLaw) {
+  changed(quick / "shear_quick.yaml", "law: constant, coefficient: 0.3", "law: rate, coefficient: 0.3", "rate.yaml");
+  expect_message("soil direct-shear rate.yaml", 2, "rate.yaml:9:");
+}
+
+TEST(SoilCommand, AFileOfAnotherKindIsNamed) {
+  expect_message("soil direct-shear '" + (source / "examples/03_single_wheel_rig/mit_mms.yaml").string() + "'", 2,
+                 "this is a rig file, not a soil test on grains; use 'grouser rig");
+}
+
+TEST(SoilCommand, AnotherSoilTestIsNamed) {
+  expect_message("soil oedometer '" + (quick / "shear_quick.yaml").string() + "'", 2,
+                 "this is a test for 'grouser soil direct-shear', not 'oedometer'");
+}
+
+TEST(SoilCommand, EveryFileOfTheExamplePassesTheCheck) {
+  for (const auto& entry : fs::directory_iterator(quick)) {
+    if (entry.path().extension() != ".yaml") continue;
+    const CommandResult r = grouser_command("check '" + entry.path().string() + "'", scratch());
+    EXPECT_EQ(r.code, 0) << r.err;
+  }
+}
+
+TEST(DemRun, AKilledRunContinuesWithTheSameBits) {
+  changed(quick / "collision.yaml", "data/eight_grains.csv", (quick / "data/eight_grains.csv").string(), "c1.yaml");
+  changed(scratch() / "c1.yaml", "time_step: 5 us", "time_step: 0.2 us", "long.yaml");
+  const std::string run = "dem run " + (scratch() / "long.yaml").string() + " --quiet --checkpoint-every 0 --out ";
+  const fs::path whole = scratch() / "dem_whole", parts = scratch() / "dem_parts";
+  const CommandResult a = grouser_command(run + whole.string(), scratch());
+  ASSERT_EQ(a.code, 0) << a.err;
+  ASSERT_TRUE(killed_after(run + parts.string(), parts / "checkpoint.h5"));
+  ASSERT_EQ(grouser_command(run + parts.string(), scratch()).code, 0);
+  for (const char* file : {"grains.csv", "forces.csv", "energy.csv", "contacts.csv"})
+    EXPECT_EQ(read_text(whole / file), read_text(parts / file)) << file;
+}
+
+TEST(DemRun, FinalStateIsAnInputAgainAndThePlateCarriesTheWeight) {
+  const fs::path out = scratch() / "collision";
+  const CommandResult r =
+      grouser_command("dem run '" + (quick / "collision.yaml").string() + "' --quiet --out " + out.string(), source);
+  ASSERT_EQ(r.code, 0) << r.err;
+  // Last row of forces: 4 grains of 5 mm and 4 of 4 mm radius, 2500 kg/m3, weigh 77.7 mN; they roll, no longer bounce.
+  std::istringstream rows(read_text(out / "forces.csv"));
+  std::string line, last;
+  while (std::getline(rows, line)) last = line;
+  std::vector<double> v;
+  std::istringstream cells(last);
+  while (std::getline(cells, line, ',')) v.push_back(std::stod(line));
+  EXPECT_NEAR(v[3], -0.0777, 2e-4);
+  EXPECT_NEAR(v[7], 0.005, 1e-9);  // 0.1 s at 50 mm/s
+  changed(quick / "collision.yaml", "data/eight_grains.csv", (out / "grains.csv").string(), "again.yaml");
+  EXPECT_EQ(grouser_command("dem run again.yaml --quiet --out again", scratch()).code, 0);
+}
+
+TEST(DemRun, WrongGrainsAreNamedByLine) {
+  const std::string head = "x,y,z,radius,density,vx,material\n";
+  std::ofstream(scratch() / "g.csv") << head << "0,0,0.01,-0.005,2500,0,glass\n0,0,0.03,0.005,2500,nan,glas\n";
+  changed(quick / "collision.yaml", "data/eight_grains.csv", "g.csv", "g.yaml");
+  const CommandResult r = grouser_command("dem run g.yaml", scratch());
+  EXPECT_EQ(r.code, 2);
+  EXPECT_NE(r.err.find("g.csv:2:10: radius -0.005 must be positive"), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find("g.csv:3:21: vx: 'nan' is not a number"), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find("there is no material 'glas'; did you mean 'glass'?"), std::string::npos) << r.err;
+}
+
+TEST(DemRun, OverlappingGrainsAreNamed) {
+  std::ofstream(scratch() / "o.csv") << "x,y,z,radius,density\n0,0,0.01,0.005,2500\n0.004,0,0.01,0.005,2500\n";
+  changed(quick / "collision.yaml", "data/eight_grains.csv", "o.csv", "o.yaml");
+  expect_message("dem run o.yaml --out o", 2, "grains 0 and 1 overlap");
+}
+
+TEST(DemRun, AnUnstableStepStopsByName) {
+  changed(quick / "collision.yaml", "data/eight_grains.csv", (quick / "data/eight_grains.csv").string(), "u1.yaml");
+  changed(scratch() / "u1.yaml", "time_step: 5 us", "time_step: 500 us", "u.yaml");
+  expect_message("dem run u.yaml --quiet --out u", 1, "too large for the stiffness of the contacts; at most");
+}
+
+TEST(DemRun, AMissingPairIsNamed) {
+  changed(quick / "collision.yaml", "data/eight_grains.csv", (quick / "data/eight_grains.csv").string(), "p1.yaml");
+  changed(scratch() / "p1.yaml",
+          "  - {of: [glass, steel], friction: 0.3, restitution: 0.6, rolling_coefficient: 0.1}\n", "", "p.yaml");
+  expect_message("dem run p.yaml --quiet --out p", 2, "the pair [glass, steel] is missing");
+}
+
+TEST(DemRun, AFullDiskIsSaidAndTheResultsBeforeItStay) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP();
+  changed(quick / "collision.yaml", "data/eight_grains.csv", (quick / "data/eight_grains.csv").string(), "f.yaml");
+  const fs::path out = scratch() / "full";
+  fs::create_directories(out);
+  fs::create_symlink("/dev/full", out / "forces.csv.part");
+  expect_message("dem run f.yaml --quiet --out full", 2, "forces.csv: cannot be written: No space left on device");
+  // The state is safe: once there is room, the same command ends the run.
+  EXPECT_TRUE(fs::exists(out / "checkpoint.h5"));
+  EXPECT_EQ(grouser_command("dem run f.yaml --quiet --out full", scratch()).code, 0);
+}
+
+TEST(DemBed, IsStoredWithItsInputsAndFeedsARun) {
+  const fs::path bed = scratch() / "bed.h5";
+  const std::string make = "dem bed '" + (quick / "bed_sinusoid.yaml").string() + "' --quiet --out " + bed.string();
+  const CommandResult r = grouser_command(make, source);
+  ASSERT_EQ(r.code, 0) << r.err;
+  EXPECT_NE(grouser_command(make, source).out.find("is there already"), std::string::npos);
+  std::ofstream(scratch() / "on_bed.yaml")
+      << "dem: a bed at rest\ndomain: {lower: [0 m, 0 m, -10 mm], upper: [120 mm, 40 mm, 100 mm], periodic: [x, y]}\n"
+         "grains: {bed: bed.h5}\nmaterials:\n  - {name: soil, young_modulus: 70 MPa, poisson_ratio: 0.35}\npairs:\n"
+         "  - {of: [soil, soil], friction: 0.86, restitution: 0.4, rolling_coefficient: 0.3}\n"
+         "time_step: 10 us\nduration: 20 ms\nbodies:\n  - {name: floor, material: soil, surfaces: [{plane: {normal: "
+         "[0, 0, 1]}}]}\n";
+  const CommandResult run = grouser_command("dem run on_bed.yaml --quiet --out on_bed", scratch());
+  EXPECT_EQ(run.code, 0) << run.err;
+  // One byte of a number changed: found out.
+  std::string bytes = read_text(bed);
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 0x10);
+  std::ofstream(scratch() / "bed.h5", std::ios::binary) << bytes;
+  expect_message("dem run on_bed.yaml --quiet --out on_bed2", 2, "bed.h5");
+}
+
+}  // namespace
+}  // namespace grouser::test
