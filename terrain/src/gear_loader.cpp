@@ -1,8 +1,8 @@
 // Wheel files: smooth and lugged cylinders, meshes.
 #include <cmath>
 
-#include "gear_mesh.h"
 #include "grouser/terrain/loaders.h"
+#include "grouser/terrain/mesh_file.h"
 #include "units.h"
 
 namespace grouser {

@@ -1,5 +1,3 @@
-#include "gear_mesh.h"
-
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -8,6 +6,7 @@
 #include <set>
 #include <sstream>
 
+#include "grouser/terrain/mesh_file.h"
 #include "units.h"
 
 namespace grouser {

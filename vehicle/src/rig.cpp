@@ -7,8 +7,8 @@
 #include <fstream>
 #include <limits>
 
-#include "folder_lock.h"
 #include "grouser/terrain/parallel.h"
+#include "grouser/vehicle/folder_lock.h"
 #include "rig_case.h"
 
 namespace grouser::vehicle {

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "extent_watch.h"
-#include "folder_lock.h"
 #include "grouser/terrain/checkpoint.h"
+#include "grouser/vehicle/folder_lock.h"
 #include "grouser/vehicle/scenario.h"
 #include "run_record.h"
 

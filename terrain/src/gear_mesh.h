@@ -1,2 +1,0 @@
-#pragma once
-#include "grouser/terrain/mesh_file.h"

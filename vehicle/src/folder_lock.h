@@ -1,2 +1,0 @@
-#pragma once
-#include "grouser/vehicle/folder_lock.h"
