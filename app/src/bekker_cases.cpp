@@ -123,13 +123,20 @@ CaseFile::CaseFile(const std::filesystem::path& file, std::vector<CaseColumn> re
     if (std::find(place_.begin(), place_.end(), static_cast<int>(i)) == place_.end()) others.push_back(names[i]);
   for (const C c : absent) absent_names.push_back(name_of(c));
   for (const C c : missing) {
-    const auto near = did_you_mean(name_of(c), others);
+    auto near = did_you_mean(name_of(c), others);
+    const std::string stem = name_of(c).substr(0, name_of(c).rfind('_') + 1);
+    const auto same = std::find_if(others.begin(), others.end(), [&](const std::string& o) {
+      return !stem.empty() && o.starts_with(stem) && o.find('_', stem.size()) == std::string::npos;
+    });
+    const bool other_unit = !near && same != others.end();
+    if (other_unit) near = *same;
     const auto at =
         near ? head[static_cast<std::size_t>(std::find(names.begin(), names.end(), *near) - names.begin())].column : 1;
     errors.add(line, at,
                fmt::format("missing column '{}'{}", name_of(c),
-                           near ? "; did you mean it by '" + *near + "'?"
-                                : "; this command needs " + fmt::format("{}", fmt::join(wanted, ","))));
+                           other_unit ? "; '" + *near + "' is in another unit: convert it and rename the column"
+                           : near     ? "; did you mean it by '" + *near + "'?"
+                                      : "; this command needs " + fmt::format("{}", fmt::join(wanted, ","))));
   }
   for (std::size_t i = 0; i < names.size(); ++i) {
     const bool other = std::find(place_.begin(), place_.end(), static_cast<int>(i)) == place_.end();
@@ -254,6 +261,9 @@ bekker::ForceCase force_case(CaseFile::Row& row) {
   c.arc = {row.number(C::theta_f_rad), row.number(C::theta_m_rad), row.number(C::theta_r_rad)};
   if (c.arc.theta_f > 0 && c.arc.theta_m >= c.arc.theta_f)
     row.error(C::theta_m_rad, "must be less than theta_f_rad: the front branch would carry nothing");
+  if (row.complete() && c.wheel.lug_height > 0 && c.arc.theta_f > pi / 2)
+    row.error(C::theta_f_rad,
+              "with lugs at most pi/2: with the hub below the surface the tread would meet the soil before the tips");
   if (row.complete() && c.arc.theta_m <= -c.arc.theta_f)
     row.error(C::theta_m_rad, "must be more than -theta_f_rad: the wheel is out of the soil there");
   if (row.complete() && c.arc.theta_f - c.arc.theta_r > pi)

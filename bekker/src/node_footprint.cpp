@@ -32,7 +32,6 @@ void Footprint::prepare(const BodySpec& body, const BodyMotion& motion, NodeGrid
   shape_.mean_lugs(g);
   g.spacing = layout.spacing;
   g.area = g.spacing * g.spacing;
-  const Quat q_GridGear = Quat(Mat3(R_.transpose())) * (motion.X_WB_end.q * body.X_BG.q);
 
   // Tiles that the gear's shadow touches.
   const Vec2 hub = layout.to_grid(motion_.pose.hub_W.x(), motion_.pose.hub_W.y());
@@ -83,7 +82,7 @@ void Footprint::prepare(const BodySpec& body, const BodyMotion& motion, NodeGrid
   // Only what the gear touches now has to be looked at in the next step.
   if (commit) last_ = now;
   if (shape_.smooth()) return;
-  shape_.turn(q_GridGear, g);
+  shape_.turn(Quat(Mat3(R_.transpose())) * (motion.X_WB_end.q * body.X_BG.q), g);
 }
 
 void Footprint::spread_tiles(NodeGrid& grid, std::int64_t a0, std::int64_t a1, std::int64_t b0, std::int64_t b1) {

@@ -71,10 +71,12 @@ double SteadyWheel::damping_at(double sinkage, const SteadyEffects& effects) con
          2 * options_.bounce_damping * std::sqrt((soil_.n + 0.5) / (options_.gravity * sinkage));
 }
 
-void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const SteadyEffects& effects, double dt,
+void SteadyWheel::advance(const WheelMotion& motion, const Ground& ground, const SteadyEffects& effects, double dt,
                           BodyResult& result, ArcSum* sum) {
-  const ContactPatch patch = finder_.find(m.pose, ground);
   const State before = state_;
+  const WheelMotion m = moved_on(motion, before.along, dt);
+  state_.along = m.pose.along;
+  const ContactPatch patch = finder_.find(m.pose, ground);
   spent_ = integration_ = placed_ = 0;
   const bool fresh = std::exchange(state_.fresh, false);
   if (!patch.contact) {
@@ -83,6 +85,7 @@ void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const Stea
     spent_ = before.stick;
     state_ = {};
     state_.fresh = false;
+    state_.along = m.pose.along;
     return;
   }
   const double r = size_.outer_radius();
@@ -163,17 +166,14 @@ void SteadyWheel::advance(const WheelMotion& m, const Ground& ground, const Stea
   // The host's step does end-of-step force times displacement: its error for the pressure is that less the force's work on the way, for the
   // stick that less the work at the capacity it began with.
   const auto force = [this](double h) { return table_.at(h).force; };
-  double at_begin = 0;
+  Pressing begin{before.sinkage, -before.g.dot(V6)};
   if (fresh) {
-    const ContactPatch first = finder_.find(earlier(m.pose, m.V, dt), ground);
-    at_begin = pressing_power(first, m.V, force);
-    if (first.contact) placed_ = table_.at(first.sinkage).energy;
-  } else if (before.sinkage > 0) {
-    at_begin = -force(before.sinkage) * before.g.dot(V6);
+    begin = Pressing::of(finder_.find(earlier(m.pose, m.V, dt), ground), m.V);
+    placed_ = table_.at(begin.sinkage).energy;
   }
-  const double at_end = elastic.force * sink_rate, stored = elastic.energy - before.elastic - placed_;
-  const double tolerance = 1e-3 * dt * std::max(std::abs(at_begin), std::abs(at_end));
-  integration_ = recoverable - path_work(finder_, ground, m, dt, at_begin, at_end, stored, tolerance, force) +
+  const Pressing end{patch.sinkage, sink_rate};
+  const double tolerance = path_tolerance(dt, m.V, force(begin.sinkage), begin, elastic.force, end);
+  integration_ = recoverable - PathWork(finder_, ground, m, dt, tolerance, force).between(begin, end) +
                  capacity / K * u.dot(du) -
                  0.5 * capacity_before / K * (u.squaredNorm() - before.shear.u.squaredNorm());
   state_.sinkage = patch.sinkage;
@@ -204,6 +204,7 @@ void SteadyWheel::traverse(grouser::State& s) {
   s.field("fresh", state_.fresh);
   s.field("normal", state_.g);
   s.field("sinkage", state_.sinkage);
+  s.field("along", state_.along);
   s.field("stick", state_.stick);
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 // One wheel of bekker.steady: its state, its force and its energy over a step.
+#include <limits>
+
 #include "elastic_table.h"
 #include "grouser/bekker/wheel_forces.h"
 #include "grouser/terrain/wheel_motion.h"
@@ -52,6 +54,7 @@ class SteadyWheel {
     bool fresh = true;              ///< no step yet
     Vec6 g = Vec6::Zero();          ///< generalised normal of the last step, zero without contact
     double sinkage = 0;             ///< of the last step [m]
+    double along = std::numeric_limits<double>::quiet_NaN();  ///< WheelPose::along of the last step [m]
   };
   State& state() { return state_; }
   const State& state() const { return state_; }

@@ -111,14 +111,18 @@ FitSection direct_shear_section(const ConfigNode& node, SoilDraft& draft) {
   if (type_name == "C") s.parameters.push_back(shown_parameter(f.fit.at("Kr"), "Kr", "1", 1));
   s.correlation = f.fit.correlation;
   s.remarks = general_remarks(f.fit);
-  FitTable tests{"Tests",
-                 {"test", "normal stress [kPa]", "largest stress [kPa]", "rms of the fit [kPa]",
-                  "lag-1 autocorrelation", "K by Wong, this test [mm]", "a third of the way to 95 % [mm]"},
-                 {}};
+  FitTable tests{
+      "Tests",
+      {"test", "normal stress [kPa]", "largest stress [kPa]", "rms of the fit [kPa]", "lag-1 autocorrelation"},
+      {}};
+  const bool exponential = type_name == "A";  // both readings of K are of its curve
+  if (exponential)
+    tests.columns.insert(tests.columns.end(), {"K by Wong, this test [mm]", "a third of the way to 95 % [mm]"});
   double lag = 0;
   for (const ShearTestResult& t : f.tests) {
-    tests.rows.push_back({t.test, shown(1e-3 * t.normal_stress), shown(1e-3 * t.tau_max), shown(1e-3 * t.rms),
-                          shown(t.lag1, 2), shown(1e3 * t.K_wong), shown(1e3 * t.K_third)});
+    tests.rows.push_back(
+        {t.test, shown(1e-3 * t.normal_stress), shown(1e-3 * t.tau_max), shown(1e-3 * t.rms), shown(t.lag1, 2)});
+    if (exponential) tests.rows.back().insert(tests.rows.back().end(), {shown(1e3 * t.K_wong), shown(1e3 * t.K_third)});
     lag = std::max(lag, t.lag1);
   }
   s.tables.push_back(std::move(tests));

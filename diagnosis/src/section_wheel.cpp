@@ -336,7 +336,7 @@ Model looked_up(const bekker::WheelSize& wheel, const BekkerSoil& soil, const st
   bekker::TableSpec spec;
   spec.wheel = wheel;
   spec.soil = bekker::SoilLaw::of(soil, wheel.width);
-  spec.slip = {std::max(low->slip, -0.999), std::min(high->slip, 0.999)};
+  spec.slip = {low->slip, high->slip};
   spec.load = {0.99 * light->load, 1.01 * heavy->load};
   spec.error_bound = c.table_error;
   spec.method = c.method;

@@ -13,8 +13,10 @@ namespace {
 
 using namespace family;
 
-constexpr double wavenumbers[] = {16.1, 32.2, 48.3, 64.4};  // [rad/m]
+constexpr double wavenumbers[] = {16.1, 32.2, 48.3, 64.4};     // [rad/m]
+constexpr double amplitudes[] = {6.5, 9.75, 13, 16.25, 19.5};  // [mm]
 constexpr double slips[] = {0.05, 0.3, 0.55};
+constexpr double least = 0.78;    // [m] averaging window, rounded up to whole periods and to two of them
 constexpr double lead_in = 0.45;  // [m] before the averaging window: run-in of the profile and several contact lengths
 constexpr double start = 0.02;    // [m] of flat ground under the standing wheel
 
@@ -24,12 +26,9 @@ struct Wheel {
   const char *name, *file;
   double radius;  ///< [m] in the slip
   int lugs;
-  std::vector<double> amplitudes;  ///< [mm] of them
-  double least;                    ///< [m] averaging window, rounded up to whole periods and to two of them
 };
-const Wheel wheels[] = {
-    {"smooth", "../04_bekker_family/mer_wheel_smooth", 0.13055, 0, {6.5, 9.75, 13, 16.25, 19.5}, 0.78},
-    {"lugged", "mer_wheel", 0.125, 30, {6.5, 19.5}, 0.39}};
+const Wheel wheels[] = {{"smooth", "../04_bekker_family/mer_wheel_smooth", 0.13055, 0},
+                        {"lugged", "mer_wheel", 0.125, 30}};
 
 /// Standard deviation over the last `window` seconds of the mean over `width` seconds: what remains when each lug's own stroke is
 /// averaged out. width 0: of the series as it stands.
@@ -73,7 +72,6 @@ using Cases = std::map<std::tuple<double, double, double>, Cells>;  // slip, wav
 /// Appends the changes against flat ground and, as numbers, each sentence of the dissertation.
 void evaluate(const Wheel& model, const Cases& all, std::vector<Cells>& changes, std::vector<Cells>& trends) {
   const std::string wheel = model.name;
-  const std::vector<double>& amplitudes = model.amplitudes;
   // Change against flat, and the spread over flat's own.
   std::vector<Cells> change;
   const auto at = [&](double s, double k, double A) -> const Cells& { return all.at({s, k, A}); };
@@ -108,7 +106,7 @@ void evaluate(const Wheel& model, const Cases& all, std::vector<Cells>& changes,
   /// Mean of a column over the amplitudes, or over the wavenumbers.
   const auto mean = [&](const char* c, double s, double k) {
     double m = 0;
-    for (const double A : amplitudes) m += number(at(s, k, A), c) / static_cast<double>(amplitudes.size());
+    for (const double A : amplitudes) m += number(at(s, k, A), c) / std::size(amplitudes);
     return m;
   };
   const auto mean_A = [&](const char* c, double s, double A) {
@@ -179,16 +177,22 @@ void evaluate(const Wheel& model, const Cases& all, std::vector<Cells>& changes,
     }
     return std::pair{best, where};
   };
-  {
-    const auto [v, w] = extreme("drawbar_change_N", 0.05, true);
-    trend("3.4.2", "mean drawbar rises by up to 1.65 N (15 % of -11.02 N) at slip 0.05 (32.2 rad/m, 19.5 mm)",
-          text(v, 3) + " N at " + w, v > 0);
-  }
-  {
-    const auto [v, w] = extreme("drawbar_change_pct", 0.3, false);
-    trend("3.4.2", "mean drawbar falls by up to 15 % at slip 0.30 (16.1 rad/m, 16.25 mm)", text(v, 3) + " % at " + w,
-          v < 0);
-  }
+  /// An extreme that the dissertation names with its place: seen when this study has it there, with that sign.
+  const auto named = [&](const std::string& section, const std::string& what, const char* c, const std::string& unit,
+                         double s, double k, double A, bool largest) {
+    const auto [v, where] = extreme(c, s, largest);
+    const std::string place = text(k) + " rad/m, " + text(A) + " mm";
+    double there = 0;
+    for (const Cells& r : change)
+      if (number(r, "slip") == s && number(r, "wavenumber_radpm") == k && number(r, "amplitude_mm") == A)
+        there = number(r, c);
+    trend(section, what + " at slip " + text(s) + " (" + place + ")",
+          text(there, 3) + unit + " there; " + (largest ? "greatest " : "least ") + text(v, 3) + unit + " at " + where,
+          where == place && (largest ? v > 0 : v < 0));
+  };
+  named("3.4.2", "mean drawbar rises most, by 1.65 N (15 % of -11.02 N),", "drawbar_change_N", " N", 0.05, 32.2, 19.5,
+        true);
+  named("3.4.2", "mean drawbar falls most, by 15 %,", "drawbar_change_pct", " %", 0.3, 16.1, 16.25, false);
   trend("3.4.3", "torque varies more than on flat ground at low slip",
         "sd flat " + text(number(at(0.05, 0, 0), "torque_sd_Nm"), 2) +
             " N m; rough by frequency: " + list_k("torque_sd_Nm", 0.05, 3) + " N m",
@@ -206,31 +210,24 @@ void evaluate(const Wheel& model, const Cases& all, std::vector<Cells>& changes,
     trend("3.4.3", "at high slip the spread of torque does not depend on roughness",
           "sd at slip 0.55: flat " + text(flat, 2) + ", rough " + text(rough, 3) + " N m", rough < 1.5 * flat);
   }
-  {
-    const auto [v, w] = extreme("torque_change_Nm", 0.05, true);
-    trend("3.4.3", "mean torque rises by up to 0.41 N m (35 % of -1.17 N m) at slip 0.05 (32.2 rad/m, 19.5 mm)",
-          text(v, 3) + " N m at " + w, v > 0);
-  }
-  {
-    const auto [v, w] = extreme("torque_change_Nm", 0.05, false);
-    trend("3.4.3", "mean torque falls by up to 0.06 N m at slip 0.05 (16.1 rad/m, 6.5 mm)", text(v, 3) + " N m at " + w,
-          v < 0);
-  }
+  named("3.4.3", "mean torque rises most, by 0.41 N m (35 % of -1.17 N m),", "torque_change_Nm", " N m", 0.05, 32.2,
+        19.5, true);
+  named("3.4.3", "mean torque falls most, by 0.06 N m,", "torque_change_Nm", " N m", 0.05, 16.1, 6.5, false);
   const auto mean_change = [&](double s, double A) {
     double m = 0;
     for (const Cells& r : change)
       if ((s < 0 || number(r, "slip") == s) && (A < 0 || number(r, "amplitude_mm") == A))
         m += std::abs(number(r, "torque_change_Nm"));
-    return m / (s < 0 ? 12.0 : 4.0 * static_cast<double>(amplitudes.size()));
+    return m / (s < 0 ? 12.0 : 4.0 * std::size(amplitudes));
   };
   trend("3.4.3", "change of mean torque falls with smaller amplitude",
         "mean absolute change at 19.5 and 6.5 mm: " + text(mean_change(-1, 19.5), 3) + " and " +
             text(mean_change(-1, 6.5), 3) + " N m",
         mean_change(-1, 6.5) < mean_change(-1, 19.5));
   trend("3.4.3", "change of mean torque falls with slip",
-        "mean absolute change at slip 0.05 and 0.55: " + text(mean_change(0.05, -1), 3) + " and " +
-            text(mean_change(0.55, -1), 3) + " N m",
-        mean_change(0.55, -1) < mean_change(0.05, -1));
+        "mean absolute change at slip 0.05, 0.30 and 0.55: " + text(mean_change(0.05, -1), 3) + ", " +
+            text(mean_change(0.3, -1), 3) + " and " + text(mean_change(0.55, -1), 3) + " N m",
+        mean_change(0.55, -1) < mean_change(0.3, -1) && mean_change(0.3, -1) < mean_change(0.05, -1));
   changes.insert(changes.end(), change.begin(), change.end());
 }
 
@@ -243,9 +240,7 @@ void study(const Arguments& a) {
        "soil: lunar_soil_nominal, a catalogue soil in place of the dissertation's simulant, for which no Bekker "
        "parameters are printed",
        "sd of the lugged wheel: of the mean over one lug stroke; raw: as it stands",
-       "mean and standard deviation over whole periods, two at least and 0.78 m (lugged 0.39 m, two of the five "
-       "amplitudes) at least; "
-       "sinkage_profile is eq 3.7",
+       "mean and standard deviation over whole periods, two at least and 0.78 m at least; sinkage_profile is eq 3.7",
        "amplitude 0: flat"},
       a.again);
   std::map<std::string, Cases> all;
@@ -271,13 +266,13 @@ void study(const Arguments& a) {
             store.rows(key, hash_of(in), [&] { return values(in, wheel, a.work / "profiles"); }).at(0);
       };
       in.ground.clear();
-      one(0, 0, wheel.least);
+      one(0, 0, least);
       for (const double k : wavenumbers)
-        for (const double A : wheel.amplitudes) {
+        for (const double A : amplitudes) {
           const double period = 2 * grouser::pi / k;
           in.ground = "{shape: sinusoid, amplitude: " + text(A) + " mm, wavenumber: " + text(k) +
                       " rad/m, start: " + text(start) + " m, run_in: 0.2 m}";
-          one(k, A, period * std::max(2.0, std::ceil(wheel.least / period - 1e-3)));
+          one(k, A, period * std::max(2.0, std::ceil(least / period - 1e-3)));
         }
     }
   store.finish();

@@ -23,7 +23,7 @@ constexpr double rate = 1000, window = 4;
 
 void study(const Arguments& a) {
   const std::vector<std::string> notes = {
-      "MIT wheel, 115 N, 17 deg/s, slip 0.3 (r w - v)/(r w), Tables 4.1 and 4.6; the last 4 s of 0.3 m, recorded at 1 "
+      "MIT wheel, 115 N, 17 deg/s, slip 0.3 (r w - v)/(r w), Tables 4.1 and 4.6; the last 4 s of 0.7 m, recorded at 1 "
       "kHz"};
   Store series(a.results / "spectrum_series.csv", notes, a.again), density(a.results / "spectrum.csv", notes, a.again),
       summary(a.results / "spectrum_summary.csv", notes, a.again);
@@ -33,7 +33,7 @@ void study(const Arguments& a) {
     in.options = v.options;
     in.effects = v.effects;
     in.slip = 0.3;
-    in.distance = 0.3;
+    in.distance = 0.7;
     in.rate = "1000 Hz";
     const std::string hash = hash_of(in);
     std::vector<double> x;

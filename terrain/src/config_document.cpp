@@ -24,8 +24,10 @@ class Walker {
   bool walk(const YAML::Node& node, const std::string& path, int depth) {
     if (stopped_) return false;
     if (depth > max_depth || ++count_ > max_nodes) {
-      stop(node, depth > max_depth ? "nested deeper than 100 levels, or an alias that contains itself"
-                                   : "more than a million entries");
+      stop(node, depth > max_depth ? "nested deeper than 100 levels, or an alias that contains itself; write "
+                                     "the values out in place of the alias ('*name')"
+                                   : "more than a million entries once the aliases ('*name') are written out; "
+                                     "no file here needs so many: write the values in place of the aliases");
       return false;
     }
     // yaml-cpp takes the rest of the file for the text of a quote that nobody closes.

@@ -260,10 +260,9 @@ std::vector<double> ConfigNode::quantities(const std::string& key, std::string_v
     return fallback;
   }
 
-  // One unit at the end serves all items when the others are bare numbers.
   std::vector<Parts> parts;
   bool good = true;
-  bool bare_before = true;
+  std::size_t bare_numbers = 0;
   for (const Scalar& s : items) {
     Fail fail;
     const auto p = split(s.text, fail, w);
@@ -272,11 +271,21 @@ std::vector<double> ConfigNode::quantities(const std::string& key, std::string_v
       good = false;
     }
     parts.push_back(p.value_or(Parts{}));
-    if (&s != &items.back() && !parts.back().unit.empty()) bare_before = false;
+    if (parts.back().unit.empty()) ++bare_numbers;
   }
   if (!good) return fallback;
+  // In a text one unit at its end serves all, "1, 2, 3 m"; in a list every item stands for itself.
+  const std::string last = parts.back().unit;
+  if (b.node.IsScalar() && !last.empty() && bare_numbers == items.size() - 1) {
+    if (w.bare() && bare_numbers > 0) {
+      bare->error("'" + trim(b.node.Scalar()) + "': is '" + last +
+                  "' the unit of the last number or of all? Write it at every number that has it, in a list such as "
+                  "[0.1, 30 %]");
+      return fallback;
+    }
+    for (Parts& p : parts) p.unit = last;
+  }
   for (std::size_t i = 0; i < items.size(); ++i) {
-    if (bare_before) parts[i].unit = parts.back().unit;
     Fail fail;
     const auto x = convert(parts[i], trim(items[i].text), w, fail);
     if (!x) impl_->note(items[i].line, items[i].column, Impl::prefix(items[i].path) + fail);

@@ -28,7 +28,7 @@ struct TouchMean {
   double from(double p) const { return p < 0.6 * full ? full * std::pow(p / (0.6 * full), 0.6) : p + 0.4 * full; }
 };
 
-constexpr double kShift = 1e-5;  // [m] half the difference for a slope across
+constexpr double kShift = 1e-6;  // [m] to the point beside a vertex, for the slope across
 
 /// Angle of a point of the circle from the bottom, positive to +x.
 double angle_of(double x, double w) { return std::atan2(x, -w); }
@@ -39,25 +39,31 @@ bool clear_of_disc(double r2, double xa, double wa, double xb, double wb) {
   return w <= 0 && x * x + w * w >= r2;
 }
 
-/// Polyline (x0 + k d, w[k]) cut at the circle. Green's theorem: area = 1/2 sum of cross products + arcs.
+/// Polyline (x0 + k d, w[k]), k = from..to, cut at the circle. Green's theorem: area = 1/2 sum of cross products + arcs.
 /// q[k]: fall of the polyline at vertex k for a shift of the disc along its axis; linear between the vertices like the polyline itself, so
-/// that the integral of q is exactly what the area gains.
-Overlap overlap(double r, double x0, double d, const double* w, const double* q, int n) {
+/// that the integral of q is exactly what the area gains. over_top: the polyline crosses the disc's axis above the disc.
+Overlap overlap(double r, double x0, double d, const double* w, const double* q, int from, int to, bool over_top) {
   Overlap o;
-  const double r2 = r * r;
-  double cross = 0, arcs = 0;
-  bool over_top = false;
-  double xa = x0, wa = w[0], da = xa * xa + wa * wa - r2;
-  for (int k = 1; k < n; ++k) {
+  const double r2 = r * r, sixth = d / 6;
+  double cross = 0, arcs = over_top ? 2 * pi : 0;
+  double xa = x0 + from * d, wa = w[from], da = xa * xa + wa * wa - r2;
+  for (int k = from + 1; k <= to; ++k) {
     const double xb = x0 + k * d, wb = w[k], db = xb * xb + wb * wb - r2;
-    const double dw = wb - wa;
-    if (xa <= 0 && xb > 0 && wa - xa / d * dw > r) over_top = true;
-    double s0 = 0, s1 = 1;
-    bool inside = !clear_of_disc(r2, xa, wa, xb, wb);
-    if (inside && (da >= 0 || db >= 0)) {
+    const double dw = wb - wa, qa = q[k - 1], qb = q[k];
+    if (da < 0 && db < 0) {  // all of it
+      cross += xb * wa - xa * wb;
+      o.dx += d;
+      o.dw += dw;
+      o.int_x += 0.5 * d * (xa + xb);
+      o.int_w += 0.5 * d * (wa + wb);
+      o.q += 3 * sixth * (qa + qb);
+      o.qx += sixth * (qa * (2 * xa + xb) + qb * (xa + 2 * xb));
+      o.qw += sixth * (qa * (2 * wa + wb) + qb * (wa + 2 * wb));
+    } else if (!clear_of_disc(r2, xa, wa, xb, wb)) {
       // Cut |a + s (b - a)|^2 = r^2, in the stable form of the quadratic.
+      double s0 = 0, s1 = 1;
       const double A = d * d + dw * dw, B = xa * d + wa * dw, D = B * B - A * da;
-      inside = D > 0;
+      bool inside = D > 0;
       if (inside) {
         const double root = -(B + std::copysign(std::sqrt(D), B));
         double sa = root / A, sb = root != 0 ? da / root : 0;
@@ -68,27 +74,25 @@ Overlap overlap(double r, double x0, double d, const double* w, const double* q,
         s0 = std::max(s0, 0.0);
         s1 = std::min(s1, 1.0);
       }
-    }
-    if (inside) {
-      const double x1 = xa + s0 * d, w1 = wa + s0 * dw, x2 = xa + s1 * d, w2 = wa + s1 * dw;
-      cross += x2 * w1 - x1 * w2;
-      if (da >= 0) arcs -= angle_of(x1, w1);  // enters from the left
-      if (db >= 0) arcs += angle_of(x2, w2);
-      o.dx += x2 - x1;
-      o.dw += w2 - w1;
-      o.int_x += 0.5 * (x2 - x1) * (x1 + x2);
-      o.int_w += 0.5 * (x2 - x1) * (w1 + w2);
-      const double q1 = q[k - 1] + s0 * (q[k] - q[k - 1]), q2 = q[k - 1] + s1 * (q[k] - q[k - 1]),
-                   sixth = (x2 - x1) / 6;
-      o.q += 3 * sixth * (q1 + q2);
-      o.qx += sixth * (q1 * (2 * x1 + x2) + q2 * (x1 + 2 * x2));
-      o.qw += sixth * (q1 * (2 * w1 + w2) + q2 * (w1 + 2 * w2));
+      if (inside) {
+        const double x1 = xa + s0 * d, w1 = wa + s0 * dw, x2 = xa + s1 * d, w2 = wa + s1 * dw;
+        cross += x2 * w1 - x1 * w2;
+        if (da >= 0) arcs -= angle_of(x1, w1);  // enters from the left
+        if (db >= 0) arcs += angle_of(x2, w2);
+        o.dx += x2 - x1;
+        o.dw += w2 - w1;
+        o.int_x += 0.5 * (x2 - x1) * (x1 + x2);
+        o.int_w += 0.5 * (x2 - x1) * (w1 + w2);
+        const double q1 = qa + s0 * (qb - qa), q2 = qa + s1 * (qb - qa), part = (x2 - x1) / 6;
+        o.q += 3 * part * (q1 + q2);
+        o.qx += part * (q1 * (2 * x1 + x2) + q2 * (x1 + 2 * x2));
+        o.qw += part * (q1 * (2 * w1 + w2) + q2 * (w1 + 2 * w2));
+      }
     }
     xa = xb;
     wa = wb;
     da = db;
   }
-  if (over_top) arcs += 2 * pi;
   o.area = std::max(0.0, 0.5 * (cross + r2 * arcs));
   return o;
 }
@@ -128,12 +132,12 @@ ContactPatch PatchFinder::find(const WheelPose& wheel, const Ground& ground) {
 
   // Samples at multiples of the spacing along x_C, so that they stay where they are in the world while the wheel moves.
   const double spacing = std::max(r / options_.samples_per_radius, std::min(ground.resolution(), 0.5 * r));
-  const double along = wheel.hub_W.dot(x_C);
+  const double along = std::isnan(wheel.along) ? wheel.hub_W.dot(x_C) : wheel.along;
   const double first = std::floor((along - r) / spacing);
   const int n = static_cast<int>(std::ceil((along + r) / spacing) - first) + 1;
   const double x0 = first * spacing - along;
-  if (heights_.size() < static_cast<std::size_t>(n) * (strips + 3))
-    heights_.resize(static_cast<std::size_t>(n) * (strips + 3));
+  if (heights_.size() < static_cast<std::size_t>(n) * (strips + 2))
+    heights_.resize(static_cast<std::size_t>(n) * (strips + 2));
 
   double top = -INFINITY, lowest = INFINITY;
   const auto offset = [&](int i) { return wheel.width * ((i + 0.5) / strips - 0.5); };
@@ -142,7 +146,7 @@ ContactPatch PatchFinder::find(const WheelPose& wheel, const Ground& ground) {
     double* h = heights_.data() + static_cast<std::size_t>(i) * n;
     ground.heights(base.x() + x0 * x_C.x(), base.y() + x0 * x_C.y(), spacing * x_C.x(), spacing * x_C.y(), n, h);
     lowest = std::min(lowest, base.z());
-    for (int k = 0; k < n; ++k) top = std::max(top, h[k]);
+    top = std::max(top, Eigen::Map<const Eigen::ArrayXd>(h, n).maxCoeff());
   }
   // The lowest point of a disc of any camber is r z_C.z below its centre, so ground below it cannot touch.
   if (!(top > lowest)) return patch;
@@ -153,8 +157,9 @@ ContactPatch PatchFinder::find(const WheelPose& wheel, const Ground& ground) {
     double sum = 0, weight = 0;
     const double* a = heights_.data();
     const double* b = heights_.data() + static_cast<std::size_t>(strips - 1) * n;
+    const double scale = 1 / r;
     for (int k = 0; k < n; ++k) {
-      const double u = (x0 + k * spacing) / r, q = std::max(0.0, 1 - u * u);
+      const double u = (x0 + k * spacing) * scale, q = std::max(0.0, 1 - u * u);
       sum += q * q * (b[k] - a[k]);
       weight += q * q;
     }
@@ -168,9 +173,8 @@ ContactPatch PatchFinder::find(const WheelPose& wheel, const Ground& ground) {
   // How the area changes with a sideways shift needs each strip's own slope: on a plane that is the fitted one.
   const bool plane = !std::isfinite(ground.resolution());
   double* const fall = heights_.data() + static_cast<std::size_t>(n) * strips;
-  double* const left = fall + n;
-  double* const right = left + n;
-  std::fill(fall, fall + n, (y_C.z() - slope * y_C.dot(side)) / denominator);
+  double* const beside = fall + n;
+  if (plane) std::fill(fall, fall + n, (y_C.z() - slope * y_C.dot(side)) / denominator);
 
   const TouchMean touch(r);
   double area = 0, centre_x = 0, centre_w = 0, centre_y = 0, length = 0;
@@ -178,40 +182,44 @@ ContactPatch PatchFinder::find(const WheelPose& wheel, const Ground& ground) {
   for (int i = 0; i < strips; ++i) {
     double* w = heights_.data() + static_cast<std::size_t>(i) * n;
     const double y = offset(i), hub_z = wheel.hub_W.z() + y * y_C.z();
+    if (!plane) std::copy(w, w + n, fall);
     // In-plane height from the sample below the disc's lowest point, along the plane z_C.
-    for (int k = 0; k < n; ++k) w[k] = (w[k] + slope * r * z_C.dot(side) - hub_z) / denominator;
-    if (!plane) {
-      // Pieces k to k + 1 that come within the disc, first to last; the fall elsewhere is not asked for.
-      const auto within = [&](int k) {
-        const double x = x0 + k * spacing, dw = w[k + 1] - w[k];
-        if (clear_of_disc(r * r, x, w[k], x + spacing, w[k + 1])) return false;
-        const double t = std::clamp(-(x * spacing + w[k] * dw) / (spacing * spacing + dw * dw), 0.0, 1.0);
-        const double px = x + t * spacing, pw = w[k] + t * dw;
-        return px * px + pw * pw < r * r;
-      };
-      int from = 0, to = n - 1;
-      while (from < to && !within(from)) ++from;
-      while (to > from && !within(to - 1)) --to;
-      const int vertices = to > from ? to - from + 1 : 0;
-      const Vec3 base = wheel.hub_W + y * y_C - r * z_C;
-      const double bx = base.x() + (x0 + from * spacing) * x_C.x(), by = base.y() + (x0 + from * spacing) * x_C.y();
-      const double ex = kShift * side.x(), ey = kShift * side.y();
-      ground.heights(bx + ex, by + ey, spacing * x_C.x(), spacing * x_C.y(), vertices, left);
-      ground.heights(bx - ex, by - ey, spacing * x_C.x(), spacing * x_C.y(), vertices, right);
-      for (int k = 0; k < vertices; ++k)
-        fall[from + k] = (y_C.z() - (left[k] - right[k]) / (2 * kShift) * y_C.dot(side)) / denominator;
+    const double per = 1 / denominator, shift = (slope * r * z_C.dot(side) - hub_z) * per;
+    for (int k = 0; k < n; ++k) w[k] = w[k] * per + shift;
+    // Pieces k to k + 1 that come within the disc, first to last; the fall elsewhere is not asked for.
+    const auto within = [&](int k) {
+      const double x = x0 + k * spacing, dw = w[k + 1] - w[k];
+      if (clear_of_disc(r * r, x, w[k], x + spacing, w[k + 1])) return false;
+      const double t = std::clamp(-(x * spacing + w[k] * dw) / (spacing * spacing + dw * dw), 0.0, 1.0);
+      const double px = x + t * spacing, pw = w[k] + t * dw;
+      return px * px + pw * pw < r * r;
+    };
+    int from = 0, to = n - 1;
+    while (from < to && !within(from)) ++from;
+    while (to > from && !within(to - 1)) --to;
+    if (!plane && to > from) {
+      const Vec3 base = wheel.hub_W + y * y_C - r * z_C + kShift * side;
+      const double x = x0 + from * spacing;
+      ground.heights(base.x() + x * x_C.x(), base.y() + x * x_C.y(), spacing * x_C.x(), spacing * x_C.y(),
+                     to - from + 1, beside);
+      const double lean = y_C.z() * per, turn = y_C.dot(side) * per / kShift;
+      for (int k = from; k <= to; ++k) fall[k] = lean - (beside[k - from] - fall[k]) * turn;
     }
-    const Overlap o = overlap(r, x0, spacing, w, fall, n);
+    // Over the hub the polyline runs from one sample to the next: above the disc there, all of the disc is in the ground.
+    const int middle = std::clamp(static_cast<int>(std::floor(-x0 / spacing)), 0, n - 2);
+    const double share = -x0 / spacing - middle;
+    const bool over_top = w[middle] + share * (w[middle + 1] - w[middle]) > r;
+    const Overlap o = overlap(r, x0, spacing, w, fall, from, to, over_top);
     if (!(o.dx > 0) && !(o.area > 0)) continue;
     area += touch.to(o.area);
-    const double share = touch.share(o.area);
-    const Vec3 ci = share * (-o.dw * x_C + o.q * y_C + o.dx * z_C);
+    const double counts = touch.share(o.area);
+    const Vec3 ci = counts * (-o.dw * x_C + o.q * y_C + o.dx * z_C);
     c += ci;
-    m += y * y_C.cross(ci) + share * (o.qx * z_C - o.qw * x_C);
-    centre_x += share * o.int_x;
-    centre_w += share * o.int_w;
-    centre_y += share * y * o.dx;
-    length += share * o.dx;
+    m += y * y_C.cross(ci) + counts * (o.qx * z_C - o.qw * x_C);
+    centre_x += counts * o.int_x;
+    centre_w += counts * o.int_w;
+    centre_y += counts * y * o.dx;
+    length += counts * o.dx;
   }
   const double size = c.norm();
   if (!(area > 0) || !(size > 0) || !(length > 0)) return patch;

@@ -136,10 +136,11 @@ RawMesh read_ascii_stl(const std::string& text, Faults& faults) {
       else
         faults.at(number, "a facet has three vertices");
     } else {
-      faults.at(number, "unknown STL keyword '" + w[0] + "'");
+      faults.at(number, "unknown STL keyword '" + w[0] +
+                            "'; known are solid, facet, outer, vertex, endloop, endfacet, endsolid");
     }
   }
-  if (!closed) faults.at(number, "the file ends before 'endsolid': it is cut off");
+  if (!closed) faults.at(number, "the file ends before 'endsolid': it is cut off; export the mesh again");
   return m;
 }
 
@@ -158,7 +159,7 @@ RawMesh read_binary_stl(const std::string& bytes, Faults& faults) {
       m.vertices.emplace_back(f[k], f[k + 1], f[k + 2]);
       finite = finite && m.vertices.back().allFinite();
     }
-    if (!finite) faults.triangle(m, t, "a coordinate is not a finite number");
+    if (!finite) faults.triangle(m, t, "a coordinate is not a finite number; export the mesh again");
     m.triangles.push_back(t);
   }
   return m;
@@ -244,7 +245,7 @@ TriangleMesh read_mesh(const std::filesystem::path& file, double scale, std::vec
     } else {
       faults.at(0, "the STL file is cut off or damaged: " + std::to_string(bytes.size()) +
                        " bytes, its header announces " + std::to_string(count) + " triangles (" +
-                       std::to_string(84 + 50 * static_cast<std::size_t>(count)) + " bytes)");
+                       std::to_string(84 + 50 * static_cast<std::size_t>(count)) + " bytes); export the mesh again");
       return mesh;
     }
   } else {

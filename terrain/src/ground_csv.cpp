@@ -1,8 +1,18 @@
 #include "ground_csv.h"
 
+#include <cmath>
+#include <cstdio>
+
 namespace grouser::ground_detail {
 
-CsvTable read_csv(const std::filesystem::path& file, bool with_header) {
+std::string out_of_range(std::string_view cell, double largest) {
+  char bounds[64];
+  std::snprintf(bounds, sizeof bounds, "%.6g to %.6g", -largest, largest);
+  return "'" + std::string(cell.substr(0, 40)) + "' is out of range; allowed is " + bounds +
+         ", look at the exponent and the unit";
+}
+
+CsvTable read_csv(const std::filesystem::path& file, bool with_header, double largest_first, double largest) {
   const CsvFile text = CsvFile::read(file);
   FileErrors errors(file);
   CsvTable t;
@@ -36,12 +46,18 @@ CsvTable read_csv(const std::filesystem::path& file, bool with_header) {
     for (int c = 0; c < n; ++c) {
       const auto k = static_cast<std::size_t>(c);
       const auto x = parse_number(cells[k].text);
+      const auto where = [&] {
+        return "row " + std::to_string(t.rows) + ", column " + std::to_string(c + 1) +
+               (with_header ? " ('" + t.header[k] + "')" : "") + ": ";
+      };
+      const double most = c == 0 ? largest_first : largest;
+      if (x && std::abs(*x) > most) errors.add(number, cells[k].column, where() + out_of_range(cells[k].text, most));
       if (!x)
         errors.add(number, cells[k].column,
-                   "row " + std::to_string(t.rows) + ", column " + std::to_string(c + 1) +
-                       (with_header ? " ('" + t.header[k] + "')" : "") + ": " +
+                   where() +
                        (cells[k].text.empty() ? "the cell is empty"
-                                              : "'" + cells[k].text.substr(0, 40) + "' is not a finite number"));
+                                              : "'" + cells[k].text.substr(0, 40) + "' is not a finite number") +
+                       no_height_remedy);
       t.cells.push_back(x.value_or(0));
     }
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <map>
 
 #include "ground_csv.h"
@@ -128,7 +129,10 @@ HeightGrid read_height_esri(const std::filesystem::path& file, double height_uni
     const auto x = parse_number(t.text);
     const std::string where = "row " + std::to_string(row + 1) + ", column " + std::to_string(column + 1) + ": ";
     if (!x)
-      errors.add(t.line, t.column, where + "'" + std::string(t.text.substr(0, 40)) + "' is not a finite number");
+      errors.add(t.line, t.column,
+                 where + "'" + std::string(t.text.substr(0, 40)) + "' is not a finite number" + no_height_remedy);
+    else if (*x != no_data && std::abs(*x) > farthest / height_unit)
+      errors.add(t.line, t.column, where + out_of_range(t.text, farthest / height_unit));
     else if (*x == no_data)
       errors.add(t.line, t.column,
                  where + "the cell has no data (" + std::string(t.text) + "); fill the grid before using it as ground");
@@ -140,7 +144,7 @@ HeightGrid read_height_esri(const std::filesystem::path& file, double height_uni
 }
 
 HeightGrid read_height_csv(const std::filesystem::path& file, double spacing, double height_unit) {
-  const CsvTable t = read_csv(file, false);
+  const CsvTable t = read_csv(file, false, farthest / height_unit, farthest / height_unit);
   if (t.rows < 2 || t.columns < 2)
     throw ConfigError(
         file.string(), t.line[0], 1,

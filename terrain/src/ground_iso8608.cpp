@@ -24,7 +24,7 @@ struct Node {
 
 class Iso8608Ground final : public GroundShape<Iso8608Ground> {
  public:
-  explicit Iso8608Ground(const Iso8608Settings& p) : p_(p), f_(p.frame) {
+  explicit Iso8608Ground(const Iso8608Settings& p) : p_(p), f_(p.frame), inverse_width_(1 / p.track_width) {
     std::int64_t n = 64;
     while (static_cast<double>(n) < nodes_per_wave * p.period * p.highest) n *= 2;
     mask_ = n - 1;
@@ -37,20 +37,22 @@ class Iso8608Ground final : public GroundShape<Iso8608Ground> {
     const double s = f_.along(x, y);
     if (p_.run_in > 0) {
       if (s <= 0) return 0;
-      if (s < p_.run_in) return smooth(s / p_.run_in) * interpolate(s, lateral_weight(x, y)).z;
+      if (s < p_.run_in) return smooth(s / p_.run_in) * heights_at(place(s)).between(lateral_weight(x, y));
     }
-    return interpolate(s, lateral_weight(x, y)).z;
+    return heights_at(place(s)).between(lateral_weight(x, y));
   }
 
   Vec3 normal(double x, double y) const override {
     const double s = f_.along(x, y);
     if (p_.run_in > 0 && s <= 0) return Vec3::UnitZ();
     const double u = lateral_weight(x, y);
-    const Point p = interpolate(s, u);
-    double g_along = p.slope, g_across = p.difference * smooth_slope(lateral(x, y)) / p_.track_width;
+    const Place p = place(s);
+    const Tracks z = heights_at(p);
+    double g_along = slopes_at(p).between(u),
+           g_across = (z.left - z.right) * smooth_slope(lateral(x, y)) * inverse_width_;
     if (p_.run_in > 0) {
       const double w = smooth(s / p_.run_in);
-      g_along = w * g_along + smooth_slope(s / p_.run_in) / p_.run_in * p.z;
+      g_along = w * g_along + smooth_slope(s / p_.run_in) / p_.run_in * z.between(u);
       g_across *= w;
     }
     return f_.normal(g_along, g_across);
@@ -75,28 +77,38 @@ class Iso8608Ground final : public GroundShape<Iso8608Ground> {
   }
 
  private:
-  struct Point {
-    double z, slope, difference;  // [m], dz/ds [-], left minus right [m]
+  struct Tracks {
+    double right, left;
+    double between(double u) const { return right + u * (left - right); }
   };
 
-  double lateral(double x, double y) const { return f_.across(x, y) / p_.track_width + 0.5; }
+  double lateral(double x, double y) const { return f_.across(x, y) * inverse_width_ + 0.5; }
   double lateral_weight(double x, double y) const { return smooth(lateral(x, y)); }
 
-  Point interpolate(double s, double u) const {
+  /// Place on the way: nodes before and after it, and where between them.
+  struct Place {
+    const Node &a, &b;
+    double t, r;  ///< 0..1 and 1 - t
+  };
+  Place place(double s) const {
     const double q = s * inverse_spacing_;
     std::int64_t i = static_cast<std::int64_t>(q);
     if (static_cast<double>(i) > q) --i;
-    const double t = q - static_cast<double>(i), r = 1 - t;
-    const Node& a = nodes_[static_cast<std::size_t>(i & mask_)];
-    const Node& b = nodes_[static_cast<std::size_t>((i + 1) & mask_)];
-    // Cubic Hermite basis.
-    const double ha = (1 + 2 * t) * r * r, ma = t * r * r, hb = t * t * (3 - 2 * t), mb = -t * t * r;
-    const double right = ha * a.right + ma * a.right_slope + hb * b.right + mb * b.right_slope;
-    const double left = ha * a.left + ma * a.left_slope + hb * b.left + mb * b.left_slope;
-    const double dh = 6 * t * r, da = r * (r - 2 * t), db = t * (t - 2 * r);
-    const double right_d = dh * (b.right - a.right) + da * a.right_slope + db * b.right_slope;
-    const double left_d = dh * (b.left - a.left) + da * a.left_slope + db * b.left_slope;
-    return {right + u * (left - right), (right_d + u * (left_d - right_d)) * inverse_spacing_, left - right};
+    const double t = q - static_cast<double>(i);
+    return {nodes_[static_cast<std::size_t>(i & mask_)], nodes_[static_cast<std::size_t>((i + 1) & mask_)], t, 1 - t};
+  }
+
+  /// Cubic Hermite of both tracks.
+  Tracks heights_at(const Place& p) const {
+    const double ha = (1 + 2 * p.t) * p.r * p.r, ma = p.t * p.r * p.r, hb = p.t * p.t * (3 - 2 * p.t),
+                 mb = -p.t * p.t * p.r;
+    return {ha * p.a.right + ma * p.a.right_slope + hb * p.b.right + mb * p.b.right_slope,
+            ha * p.a.left + ma * p.a.left_slope + hb * p.b.left + mb * p.b.left_slope};
+  }
+  Tracks slopes_at(const Place& p) const {
+    const double dh = 6 * p.t * p.r, da = p.r * (p.r - 2 * p.t), db = p.t * (p.t - 2 * p.r);
+    return {(dh * (p.b.right - p.a.right) + da * p.a.right_slope + db * p.b.right_slope) * inverse_spacing_,
+            (dh * (p.b.left - p.a.left) + da * p.a.left_slope + db * p.b.left_slope) * inverse_spacing_};
   }
 
   void synthesise() {
@@ -136,7 +148,7 @@ class Iso8608Ground final : public GroundShape<Iso8608Ground> {
   Iso8608Settings p_;
   Frame f_;
   std::int64_t mask_;
-  double inverse_spacing_;
+  double inverse_spacing_, inverse_width_;
   std::vector<Node> nodes_;
 };
 

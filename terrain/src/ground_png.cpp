@@ -33,7 +33,8 @@ struct Reading {
 };
 
 void on_error(png_structp png, png_const_charp message) {
-  static_cast<Reading*>(png_get_error_ptr(png))->problem = std::string("damaged PNG: ") + message;
+  static_cast<Reading*>(png_get_error_ptr(png))->problem =
+      std::string("the PNG is cut off or damaged (") + message + "); export it again, as 16-bit grey";
   std::longjmp(png_jmpbuf(png), 1);
 }
 void on_warning(png_structp, png_const_charp) {}
@@ -72,14 +73,15 @@ HeightGrid read_height_png(const std::filesystem::path& path, double spacing, do
   r.file = std::fopen(path.c_str(), "rb");
   if (!r.file) fail("cannot read the file");
   png_byte signature[8];
-  if (std::fread(signature, 1, 8, r.file) != 8 || png_sig_cmp(signature, 0, 8) != 0) fail("not a PNG file");
+  if (std::fread(signature, 1, 8, r.file) != 8 || png_sig_cmp(signature, 0, 8) != 0)
+    fail("not a PNG file; export the height map as PNG, 16-bit grey, or name its 'format'");
   r.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &r, on_error, on_warning);
   if (r.png) r.info = png_create_info_struct(r.png);
   if (!r.info) fail("libpng could not start");
   if (!read_header(r)) fail(r.problem);
   if (r.depth != 16 || r.colour != PNG_COLOR_TYPE_GRAY)
     fail("the PNG is " + std::to_string(r.depth) + "-bit " + colour_name(r.colour) +
-         "; a height map needs 16-bit grey");
+         "; a height map needs 16-bit grey: export it so");
   if (r.width < 2 || r.height < 2) fail("a height map needs at least 2 x 2 pixels");
 
   HeightGrid g{static_cast<int>(r.width), static_cast<int>(r.height), 0, 0, spacing, spacing, {}};

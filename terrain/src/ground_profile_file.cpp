@@ -26,13 +26,16 @@ double even_step(const CsvTable& t, FileErrors& errors) {
   std::vector<double> sorted = steps;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
   const double usual = sorted[sorted.size() / 2];
-  if (!(usual > 0)) errors.fail(t.line[1], 1, "the distance along the road (column 1) must rise from row to row");
+  if (!(usual > 0))
+    errors.fail(t.line[1], 1, "the distance along the road (column 1) must rise from row to row; sort the rows by it");
   for (std::size_t i = 0; i < steps.size(); ++i) {
     if (std::abs(steps[i] - usual) <= 0.01 * usual) continue;
     const std::string between = number(u(i)) + " to " + number(u(i + 1));
     const std::string row = "row " + std::to_string(i + 2) + ": ";
     if (steps[i] <= 0)
-      errors.add(t.line[i + 1], 1, row + "the distance along the road does not rise (" + between + ")");
+      errors.add(t.line[i + 1], 1,
+                 row + "the distance along the road does not rise (" + between +
+                     "); sort the rows by it, and keep one row of each distance");
     else if (steps[i] > 1.5 * usual)
       errors.add(t.line[i + 1], 1,
                  row + "gap in the profile: the distance steps from " + between + " where the step is " +
@@ -73,7 +76,7 @@ std::pair<double, double> laterals(const CsvTable& t, const ProfileFile& p, File
 }  // namespace
 
 ProfileData read_profile_csv(const std::filesystem::path& file, const ProfileFile& p) {
-  const CsvTable t = read_csv(file, true);
+  const CsvTable t = read_csv(file, true, farthest / p.length_unit, farthest / p.height_unit);
   FileErrors errors(file);
   if (t.columns < 2)
     errors.fail(t.header_line, 1, "a profile needs the distance along the road and at least one column of heights");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "grouser/terrain/path_work.h"
@@ -78,6 +79,7 @@ class Rigid final : public Terrain {
     bool fresh = true;                              ///< no step yet
     Vec6 g = Vec6::Zero();                          ///< generalised normal of the last step, zero without contact
     double sinkage = 0;                             ///< of the last step [m]
+    double along = std::numeric_limits<double>::quiet_NaN();  ///< WheelPose::along of the last step [m]
   };
 
   void do_add_body(const BodySpec& b) override {
@@ -98,7 +100,9 @@ class Rigid final : public Terrain {
     ledger().stored = stored;
   }
 
-  void advance(Wheel& wheel, const WheelMotion& m, double dt, BodyResult& result) const {
+  void advance(Wheel& wheel, const WheelMotion& motion, double dt, BodyResult& result) const {
+    const WheelMotion m = moved_on(motion, wheel.along, dt);
+    wheel.along = m.pose.along;
     const ContactPatch patch = wheel.finder.find(m.pose, ground());
     const double elastic_before = wheel.elastic, rolled_before = wheel.rolled, roll_before = wheel.roll;
     wheel.spent = wheel.integration = wheel.placed = 0;
@@ -181,22 +185,18 @@ class Rigid final : public Terrain {
     // The host's step does end-of-step force times displacement: its error for the normal spring is that less the force's work on the way,
     // for the bristle and the rolling element that less what they take at the stiffness the step began with.
     const auto force = [&s](double depth) { return s.stiffness * depth; };
-    double at_begin = 0;
+    Pressing begin{wheel.sinkage, -wheel.g.dot(V)};
     if (fresh) {
-      const ContactPatch first = wheel.finder.find(earlier(m.pose, m.V, dt), ground());
-      at_begin = pressing_power(first, m.V, force);
-      wheel.placed = 0.5 * s.stiffness * first.sinkage * first.sinkage;
-    } else {
-      at_begin = -force(wheel.sinkage) * wheel.g.dot(V);
+      begin = Pressing::of(wheel.finder.find(earlier(m.pose, m.V, dt), ground()), m.V);
+      wheel.placed = 0.5 * s.stiffness * begin.sinkage * begin.sinkage;
     }
-    const double at_end = spring * rate, pressed = 0.5 * spring * h - 0.5 * s.stiffness * wheel.sinkage * wheel.sinkage;
-    const double tolerance = 1e-3 * dt * std::max(std::abs(at_begin), std::abs(at_end));
+    const Pressing end{h, rate};
+    const double tolerance = path_tolerance(dt, m.V, force(begin.sinkage), begin, spring, end);
     const double by_roll = (m.spin < 0 ? -1.0 : 1.0) * wheel.roll - wheel.roll * wheel.roll;
-    wheel.integration =
-        at_end * dt -
-        path_work(wheel.finder, ground(), m, dt, at_begin, at_end, pressed - wheel.placed, tolerance, force) +
-        0.5 * kt * (u - u0).squaredNorm() + moment * std::abs(m.spin) * dt * by_roll -
-        0.5 * per_roll_before * (wheel.roll * wheel.roll - roll_before * roll_before);
+    wheel.integration = spring * rate * dt -
+                        PathWork(wheel.finder, ground(), m, dt, tolerance, force).between(begin, end) +
+                        0.5 * kt * (u - u0).squaredNorm() + moment * std::abs(m.spin) * dt * by_roll -
+                        0.5 * per_roll_before * (wheel.roll * wheel.roll - roll_before * roll_before);
     wheel.sinkage = h;
     wheel.g = patch.g;
 
@@ -226,6 +226,7 @@ class Rigid final : public Terrain {
       s.field("fresh", wheels_[i].fresh);
       s.field("normal", wheels_[i].g);
       s.field("sinkage", wheels_[i].sinkage);
+      s.field("along", wheels_[i].along);
     }
   }
 

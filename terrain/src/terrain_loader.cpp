@@ -1,5 +1,6 @@
 #include "grouser/terrain/terrain_loader.h"
 
+#include <sstream>
 #include <stdexcept>
 
 #include "grouser/terrain/loaders.h"
@@ -18,8 +19,7 @@ ConfigNode section_of(const Registry& registry, const ConfigNode& parent, const 
                       const std::string& model) {
   const ConfigNode by_model = parent.optional_map(key);
   if (!by_model.present()) return {};
-  for (const std::string& id : by_model.keys())
-    if (registry.has(id)) by_model.node(id);
+  for (const ModelInfo& m : registry.models()) by_model.has(m.id);
   by_model.finish();
   return by_model.optional_map(model);
 }
@@ -33,6 +33,30 @@ void set_effects(Terrain& terrain, const ConfigNode& node) {
       if (*a >= e.lower && *a <= e.upper) terrain.set_effect(e.id, *a);
   if (declared.empty() && !node.keys().empty()) node.error(terrain.id() + " has no effects");
   node.finish();
+}
+
+/// Options and effects of the models that are not in use: each model reads its own, on a second reading of the file, so
+/// that it assumes nothing in this one.
+void check_other_sections(const Registry& registry, const ConfigNode& terrain_map, const std::string& used,
+                          const Soil& soil, const GroundPtr& ground, double gravity, const ConfigDocument& document) {
+  const ConfigDocument again =
+      ConfigDocument::from_text(document.text(), document.file(), std::filesystem::path(document.file()).parent_path());
+  ConfigNode map = again.root();
+  std::istringstream path(terrain_map.path());
+  for (std::string key; std::getline(path, key, '.');) map = map.node(key);
+  if (!map.present()) return;
+  for (const ModelInfo& m : registry.models()) {
+    if (m.id == used) continue;
+    const auto section = [&](const char* key) { return map.optional_map(key).optional_map(m.id); };
+    const ConfigNode options = section("options"), effects = section("effects");
+    if (!options.present() && !effects.present()) continue;
+    try {
+      set_effects(*m.make({soil, ground, options, gravity}), effects);
+    } catch (const std::invalid_argument&) {
+      // A model that this soil does not serve: it would say so if it were in use.
+    }
+  }
+  for (const Diagnostic& d : again.diagnostics()) terrain_map.report(d);
 }
 }  // namespace
 
@@ -83,8 +107,11 @@ std::unique_ptr<Terrain> make_terrain(const Registry& registry, const ConfigNode
   TerrainNodes nodes{model, terrain_map, {}, {}};
   nodes.options = section_of(registry, terrain_map, "options", model);
   nodes.effects = section_of(registry, terrain_map, "effects", model);
-  auto terrain = make_terrain(registry, nodes, std::move(ground), gravity, document);
+  auto terrain = make_terrain(registry, nodes, ground, gravity, document);
   terrain_map.finish();
+  if (terrain && document)
+    check_other_sections(registry, terrain_map, model, load_soil_file(terrain_map.existing_file("soil")), ground,
+                         gravity, *document);
   return terrain;
 }
 

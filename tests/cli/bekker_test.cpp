@@ -14,6 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
+using testing::Not;
 
 const std::string soil_columns = "c_Pa,phi_rad,n,K_m,kc,kphi,radius_m,width_m";
 const std::string arc_columns = soil_columns + ",theta_f_rad,theta_m_rad,theta_r_rad,slip,beta_rad";
@@ -125,6 +126,16 @@ TEST(BekkerForces, NameEveryWrongCellAndLeaveNoOutput) {
             "cells.csv:5:59: shear_type: 'AB' is not one of A, B, C; did you mean 'A'?\n"
             "cells.csv:5:15: K_m: a number is wanted for shear type A\n");
   EXPECT_FALSE(fs::exists(scratch() / "none.csv"));
+}
+
+TEST(BekkerForces, RefuseLugsWithTheHubBelowTheSurface) {
+  file_of("sunk.csv", arc_columns + ",lug_height_m,lug_ratio\n" + sandy_loam + ",1.6,0.5,0,0.3,0,,\n" + sandy_loam +
+                          ",1.6,0.5,0,0.3,0,0.01,0.3\n");
+  const CommandResult r = bekker("forces sunk.csv --out none.csv");
+  EXPECT_EQ(r.code, 2);
+  EXPECT_THAT(r.err, HasSubstr("sunk.csv:3:"));
+  EXPECT_THAT(r.err, HasSubstr("theta_f_rad: with lugs at most pi/2"));
+  EXPECT_THAT(r.err, Not(HasSubstr("sunk.csv:2:")));
 }
 
 TEST(BekkerForces, StopListingErrorsAtTwentyAndCountTheRest) {

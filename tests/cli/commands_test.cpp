@@ -130,7 +130,7 @@ TEST(Doctor, FindsThisBuildWell) {
 TEST(Command, UnknownCommandIsNamedWithTheNearest) {
   expect_error("runn x",
                "unknown command 'runn'; did you mean 'run'? Known: run, rig, resume, check, list, report, compare, "
-               "doctor, plot, fit, bekker, soil, dem\n");
+               "doctor, plot, fit, diagnose, bekker, soil, dem\n");
 }
 
 }  // namespace

@@ -98,7 +98,7 @@ INSTANTIATE_TEST_SUITE_P(
             "is called\n"},
         Mistake{"no_command", "",
                 "grouser: a command is wanted: run, rig, resume, check, list, report, compare, doctor, plot, fit, "
-                "bekker" +
+                "diagnose, bekker" +
                     with_dem + "\n'grouser --help' shows how it is called\n"},
         Mistake{"unknown_subcommand", "bekker sovle",
                 "grouser bekker: unknown command 'sovle'; did you mean 'solve'? Known: forces, solve, table\n'grouser "

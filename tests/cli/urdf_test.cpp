@@ -77,7 +77,11 @@ INSTANTIATE_TEST_SUITE_P(
                       "got '22 kg'\n"},
         WrongUrdfText{"huge_number", changed(shipped, "value=\"22\"", "value=\"1e300\""),
                       "u.urdf:12:7: attribute 'value' of <mass> must be a number alone, in SI units, of at most 1e12, "
-                      "got '1e300'\n"}),
+                      "got '1e300'\n"},
+        WrongUrdfText{
+            "negative_mass", changed(shipped, "value=\"22\"", "value=\"-22\""),
+            "u.urdf:12:7: the mass must not be negative [kg], got '-22'; give what the body weighs, 0 only for "
+            "one that is fixed to another\n"}),
     [](const testing::TestParamInfo<WrongUrdfText>& i) { return i.param.name; });
 
 }  // namespace

@@ -58,7 +58,9 @@ INSTANTIATE_TEST_SUITE_P(
                   "the step is 0.01; fill the missing rows or split the file\n"},
         WrongFile{"profile_ragged.yaml",
                   "ragged.csv:3:8: row 2 has 2 cells where the header has 3; separate cells by commas\n"},
-        WrongFile{"profile_nan.yaml", "nan.csv:3:6: row 2, column 2 ('z_mm'): 'nan' is not a finite number\n"},
+        WrongFile{"profile_nan.yaml",
+                  "nan.csv:3:6: row 2, column 2 ('z_mm'): 'nan' is not a finite number; fill it in from "
+                  "its neighbours, or cut the table there: heights are finite numbers\n"},
         WrongFile{
             "syntax.yaml",
             "syntax.yaml:8:9: not valid YAML: the '{' that opens here is not closed, or a comma is missing between "
@@ -95,7 +97,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{
             "text.yaml",
             "text.yaml:1:1: cannot tell what this file is; it should begin with one of the keys scenario, rig, fit, "
-            "items, soil_test, dem, bed, campaign, table, vehicle, wheel, terrain, soil, ground, shape\n"},
+            "items, soil_test, dem, bed, campaign, calibration, table, vehicle, wheel, terrain, soil, ground, shape\n"},
         WrongFile{"token.yaml", "token.yaml:1:11: not valid YAML: '`' cannot begin a value; put the value in quotes\n"},
         WrongFile{"profile_empty.yaml",
                   "empty.csv:1:1: the file has no rows of numbers; one row per line, cells separated by commas\n"},

@@ -200,10 +200,12 @@ TEST_F(Meshes, EmptyCutOffAndUnknownFiles) {
   EXPECT_THAT(
       errors("cut.stl"),
       ElementsAre(at("cut.stl") +
-                  ": the STL file is cut off or damaged: 1000 bytes, its header announces 96 triangles (4884 bytes)"));
+                  ": the STL file is cut off or damaged: 1000 bytes, its header announces 96 triangles (4884 bytes); "
+                  "export the mesh again"));
   const std::string text = ascii_stl(drum(), 1);
   write("cut_text.stl", text.substr(0, text.rfind("endsolid")));
-  EXPECT_THAT(errors("cut_text.stl").at(0), ::testing::HasSubstr("the file ends before 'endsolid': it is cut off"));
+  EXPECT_THAT(errors("cut_text.stl").at(0),
+              ::testing::HasSubstr("the file ends before 'endsolid': it is cut off; export the mesh again"));
   write("w.ply", "ply\n");
   EXPECT_THAT(errors("w.ply"), ElementsAre(at("w.ply") + ": unknown mesh format '.ply'; known are .obj and .stl"));
 }

@@ -112,11 +112,14 @@ TEST_F(Errors, HeightMapFormatMustBeClear) {
 
 TEST_F(Errors, CsvCellsAndRaggedRowsAreNamed) {
   folder.write("bad.csv", "1,2,3\n4, nan,6\n7,8\n1,,3\n1,2,3,4\n");
-  EXPECT_EQ(height_map("file: bad.csv, spacing: 1 m, height_unit: mm"),
-            "@/bad.csv:2:4: row 2, column 2: 'nan' is not a finite number\n"
-            "@/bad.csv:3:3: row 3 has 2 cells where the first row has 3; separate cells by commas\n"
-            "@/bad.csv:4:3: row 4, column 2: the cell is empty\n"
-            "@/bad.csv:5:7: row 5 has 4 cells where the first row has 3; separate cells by commas");
+  EXPECT_EQ(
+      height_map("file: bad.csv, spacing: 1 m, height_unit: mm"),
+      "@/bad.csv:2:4: row 2, column 2: 'nan' is not a finite number; fill it in from its neighbours, or cut the "
+      "table there: heights are finite numbers\n"
+      "@/bad.csv:3:3: row 3 has 2 cells where the first row has 3; separate cells by commas\n"
+      "@/bad.csv:4:3: row 4, column 2: the cell is empty; fill it in from its neighbours, or cut the table there: "
+      "heights are finite numbers\n"
+      "@/bad.csv:5:7: row 5 has 4 cells where the first row has 3; separate cells by commas");
   folder.write("none.csv", "# nothing\n\n");
   EXPECT_EQ(height_map("file: none.csv, spacing: 1 m, height_unit: mm"),
             "@/none.csv:1:1: the file has no rows of numbers; one row per line, cells separated by commas");
@@ -154,7 +157,8 @@ TEST_F(Errors, EsriHeaderAndNoDataCellsAreNamed) {
 TEST_F(Errors, PngMustBeSixteenBitGreyAndWhole) {
   const std::string rest = ", spacing: 1 m, height_range: [0 m, 1 m]";
   folder.write("text.png", "hello, this is no PNG");
-  EXPECT_EQ(height_map("file: text.png" + rest), "@/text.png: not a PNG file");
+  EXPECT_EQ(height_map("file: text.png" + rest),
+            "@/text.png: not a PNG file; export the height map as PNG, 16-bit grey, or name its 'format'");
 
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
@@ -162,12 +166,14 @@ TEST_F(Errors, PngMustBeSixteenBitGreyAndWhole) {
   image.format = PNG_FORMAT_RGB;
   const png_byte pixels[12] = {};
   ASSERT_NE(png_image_write_to_file(&image, (folder.path / "rgb.png").c_str(), 0, pixels, 0, nullptr), 0);
-  EXPECT_EQ(height_map("file: rgb.png" + rest), "@/rgb.png: the PNG is 8-bit RGB; a height map needs 16-bit grey");
+  EXPECT_EQ(height_map("file: rgb.png" + rest),
+            "@/rgb.png: the PNG is 8-bit RGB; a height map needs 16-bit grey: export it so");
 
   std::ifstream in(examples() / "data/crater_field.png", std::ios::binary);
   const std::string whole((std::istreambuf_iterator<char>(in)), {});
   folder.write("half.png", whole.substr(0, whole.size() / 2));
-  EXPECT_EQ(height_map("file: half.png" + rest), "@/half.png: damaged PNG: Read Error");
+  EXPECT_EQ(height_map("file: half.png" + rest),
+            "@/half.png: the PNG is cut off or damaged (Read Error); export it again, as 16-bit grey");
   EXPECT_EQ(height_map("file: half.png, spacing: 1 m, height_range: [1 m, 0 m]"),
             "ground.yaml:1:59: ground.height_range: the first height (black) must be below the second (white)");
 }
@@ -179,10 +185,14 @@ TEST_F(Errors, GapInAProfileNamesItsLine) {
       "@/gap.csv:5:1: row 4: gap in the profile: the distance steps from 0.2 to 0.4 where the step is 0.1; fill the "
       "missing rows or "
       "split the file\n"
-      "@/gap.csv:7:1: row 6: the distance along the road does not rise (0.5 to 0.45)\n"
+      "@/gap.csv:7:1: row 6: the distance along the road does not rise (0.5 to 0.45); sort the rows by it, and keep "
+      "one row of each distance\n"
       "@/gap.csv:8:1: row 7: the distance steps from 0.45 to 0.47 where the step is 0.1; a profile needs equal steps");
   folder.write("cell.csv", "u,z_v0\n0.0,1\n0.1,\n");
-  EXPECT_EQ(profile("cell.csv"), "@/cell.csv:3:5: row 2, column 2 ('z_v0'): the cell is empty");
+  EXPECT_EQ(profile("cell.csv"),
+            "@/cell.csv:3:5: row 2, column 2 ('z_v0'): the cell is empty; fill it in from its neighbours, or cut the "
+            "table there: heights are "
+            "finite numbers");
 }
 
 TEST_F(Errors, LinesOfAProfileNeedTheirPlaces) {

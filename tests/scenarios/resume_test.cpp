@@ -17,12 +17,12 @@ using namespace test;
 const fs::path scenario = examples / "02_robot_rough_ground/robot_iso_e.yaml";
 
 /// Starts the program and kills it with SIGKILL when its checkpoint has passed `time` [s].
-void run_and_kill(const fs::path& out, const std::string& terrain, double duration, double time) {
+void run_and_kill(const fs::path& out, const std::string& terrain, double duration, double time,
+                  const fs::path& file = scenario) {
   const pid_t child = fork();
   if (child == 0) {
     const std::string seconds = std::to_string(duration);
-    execl(RUN_PROGRAM, RUN_PROGRAM, "run", scenario.c_str(), out.c_str(), terrain.c_str(), "1", seconds.c_str(),
-          nullptr);
+    execl(RUN_PROGRAM, RUN_PROGRAM, "run", file.c_str(), out.c_str(), terrain.c_str(), "1", seconds.c_str(), nullptr);
     _exit(127);
   }
   ASSERT_GT(child, 0);
@@ -84,6 +84,46 @@ TEST(Resume, CheckpointOfAnotherScenarioIsRefused) {
   } catch (const ResultsError& e) {
     EXPECT_NE(std::string(e.what()).find("checkpoint of another scenario"), std::string::npos) << e.what();
   }
+}
+
+/// A scenario that names its files by absolute path, in a folder apart; the vehicle names its wheel so too.
+fs::path absolute_scenario(const Folder& f, const fs::path& files) {
+  fs::create_directories(files);
+  fs::create_directories(f.path() / "apart");
+  for (const char* name : {"soils/sandy_loam.yaml", "wheels/robot_wheel.yaml"})
+    fs::copy_file(examples / name, files / fs::path(name).filename());
+  std::string vehicle = read(examples / "vehicles/skid_robot.yaml");
+  const std::string relative = "../wheels/robot_wheel.yaml";
+  for (auto at = vehicle.find(relative); at != std::string::npos; at = vehicle.find(relative))
+    vehicle.replace(at, relative.size(), (files / "robot_wheel.yaml").string());
+  std::ofstream(files / "robot.yaml") << vehicle;
+  return f.write("apart/scenario.yaml",
+                 "scenario: absolute\nvehicle: \"" + (files / "robot.yaml").string() +
+                     "\"  # quoted\nduration: 20 s\noutput: {checkpoint_every: 0.5 s}\n" +
+                     "terrain: {model: bekker.steady, soil: " + (files / "sandy_loam.yaml").string() +
+                     "}\ndriver: {type: speed_hold, speed: 0.5 m/s, ramp: 1 s}\n");
+}
+
+TEST(Resume, ARunOfFilesNamedByAbsolutePathGoesOnFromItsCopiesAlone) {
+  const Folder f;
+  const fs::path files = f.path() / "files", file = absolute_scenario(f, files);
+  fs::create_directories(f.path() / "beside");
+  const fs::path relative =
+      f.write("beside/scenario.yaml",
+              "scenario: relative\nvehicle: ../files/robot.yaml\nduration: 20 s\noutput: {checkpoint_every: 0.5 s}\n"
+              "terrain: {model: bekker.steady, soil: ../files/sandy_loam.yaml}\n"
+              "driver: {type: speed_hold, speed: 0.5 m/s, ramp: 1 s}\n");
+  const RunSummary whole = run(relative, f.path() / "whole", "bekker.steady", 20);
+  run_and_kill(f.path() / "killed", "bekker.steady", 20, 2, file);
+  // Nothing but the copies is there any more.
+  fs::remove_all(files);
+  fs::remove_all(f.path() / "apart");
+  const RunSummary resumed = resume_run(f.path() / "killed", all_models(), 1);
+  EXPECT_LT(resumed.simulated_s, 19.0);
+  EXPECT_EQ(resumed.end_state_hash, whole.end_state_hash);
+  const RunFile written(f.path() / "killed/run.h5");
+  EXPECT_EQ(written.attributes().scenario.find(f.path().string()), std::string::npos)
+      << "an absolute path is in the results";
 }
 
 TEST(Resume, AFolderWithoutARunIsRefused) {

@@ -45,6 +45,10 @@ void rim_speeds(const VehicleSpec& v, double left, double right, Command& out) {
     out.wheels[i] = {WheelCommand::Mode::speed, (v.wheels[i].left ? left : right) / v.wheels[i].gear.radius()};
 }
 
+constexpr const char* no_steered_joint =
+    "the vehicle has no steered joint; turn it by its wheels: driver type 'path', or 'open_loop' with 'left' and "
+    "'right'";
+
 class OpenLoop final : public Driver {
  public:
   struct Row {
@@ -96,6 +100,7 @@ class OpenLoop final : public Driver {
       if (given != 1)
         r.error("a row of the table needs exactly one of 'speed', 'left' with 'right', 'wheels', 'torque'");
       row.steer = r.quantity_or("steer", 0.0, "rad", Range::between(-1.4, 1.4));
+      if (row.steer != 0 && v.steering.empty()) r.error_at("steer", no_steered_joint);
       r.finish();
       rows_.push_back(row);
     }
@@ -114,16 +119,20 @@ class OpenLoop final : public Driver {
       out.wheels[k] = {mode_, a.value[k] + u * (b.value[k] - a.value[k])};
     if (!out.steer.empty()) steer_by_angle(v_, a.steer + u * (b.steer - a.steer), out);
   }
+  double asked_speed() const override {
+    double most = 0;
+    for (const Row& r : rows_)
+      for (std::size_t i = 0; i < v_.wheels.size() && mode_ == WheelCommand::Mode::speed; ++i)
+        most = std::max(most, std::abs(r.value[i]) * v_.wheels[i].gear.radius());
+    return most;
+  }
   std::vector<Vec2> reach(double duration) const override {
     // Travel without slip; turns are covered by the margin around it.
-    double fastest = 0, turning = 0;
+    double turning = 0;
     for (const Row& r : rows_)
-      for (std::size_t i = 0; i < v_.wheels.size(); ++i) {
-        if (mode_ == WheelCommand::Mode::speed)
-          fastest = std::max(fastest, std::abs(r.value[i]) * v_.wheels[i].gear.radius());
+      for (std::size_t i = 0; i < v_.wheels.size(); ++i)
         turning = std::max(turning, std::abs(r.value[i] - r.value[0]) + std::abs(r.steer));
-      }
-    if (mode_ == WheelCommand::Mode::torque) fastest = 1;
+    const double fastest = mode_ == WheelCommand::Mode::torque ? 1 : asked_speed();
     const double x = fastest * duration;
     if (turning == 0) return {Vec2(0, 0), Vec2(x, 0)};
     return {Vec2(-x, -x), Vec2(x, x)};
@@ -159,8 +168,7 @@ class SpeedHold final : public Driver {
   SpeedHold(const ConfigNode& n, const VehicleSpec& v) : v_(v) {
     loop_.read(n);
     steer_ = n.quantity_or("steer", 0.0, "rad", Range::between(-1.4, 1.4));
-    if (steer_ != 0 && v.steering.empty())
-      n.error_at("steer", "the vehicle has no steered joint; use driver type 'path' or 'open_loop' to turn it");
+    if (steer_ != 0 && v.steering.empty()) n.error_at("steer", no_steered_joint);
   }
   void command(double t, double dt, const VehicleView& view, Command& out) override {
     stand(out);
@@ -170,6 +178,7 @@ class SpeedHold final : public Driver {
     steer_by_angle(v_, steer_, out);
   }
   void traverse(State& s) override { s.field("speed_integral", loop_.integral); }
+  double asked_speed() const override { return std::abs(loop_.target); }
   std::vector<Vec2> reach(double duration) const override {
     const double x = loop_.target * duration;
     if (steer_ == 0) return {Vec2(0, 0), Vec2(x, 0)};
@@ -230,6 +239,7 @@ class Path final : public Driver {
     s.field("speed_integral", loop_.integral);
     s.field("next_waypoint", next_);
   }
+  double asked_speed() const override { return std::abs(loop_.target); }
   std::vector<Vec2> reach(double) const override {
     std::vector<Vec2> all = relative_;
     all.push_back(Vec2::Zero());
@@ -259,7 +269,9 @@ class Path final : public Driver {
 
 std::unique_ptr<Driver> make_driver(const ConfigNode& n, const VehicleSpec& v, const Pose& start) {
   if (!n.present()) return nullptr;
+  const std::size_t before = n.errors();
   const std::string type = n.choice("type", {"open_loop", "speed_hold", "path"});
+  if (n.errors() != before) return nullptr;  // of a type that nobody knows nobody knows the keys
   std::unique_ptr<Driver> d;
   if (type == "speed_hold")
     d = std::make_unique<SpeedHold>(n, v);

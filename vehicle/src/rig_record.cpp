@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "ground_view.h"
 #include "rig_case.h"
 #include "visual_mesh.h"
 
@@ -43,14 +44,10 @@ void write_ground(Recorder& file, const RigSpec& spec, const RigCase& c) {
   const double y_a = std::min(spec.y, spec.y + held.v_y * run) - 2 * spec.wheel.width(),
                y_b = std::max(spec.y, spec.y + held.v_y * run) + 2 * spec.wheel.width();
   const double cell = std::max({r / 10, (x_b - x_a) / 400, (y_b - y_a) / 400});
-  std::vector<double> xs, ys, h;
+  std::vector<double> xs, ys;
   for (double x = x_a; x < x_b + 0.5 * cell; x += cell) xs.push_back(x);
   for (double y = y_a; y < y_b + 0.5 * cell; y += cell) ys.push_back(y);
-  for (double y : ys)
-    for (double x : xs) h.push_back(spec.ground->height(x, y));
-  file.write_static({"ground.x", "m", "grid", "W", 1}, xs, {xs.size()});
-  file.write_static({"ground.y", "m", "grid", "W", 1}, ys, {ys.size()});
-  file.write_static({"ground.height", "m", "undisturbed height", "W", 1}, h, {ys.size(), xs.size()});
+  write_ground_view(file, ground_view(*spec.ground, std::move(xs), std::move(ys)));
 }
 
 /// The wheel as a vehicle of one body, for the mesh that vehicles show.

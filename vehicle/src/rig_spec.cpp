@@ -7,6 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "ground_view.h"
 #include "grouser/terrain/loaders.h"
 #include "grouser/terrain/terrain_loader.h"
 #include "ranges.h"
@@ -259,6 +260,11 @@ RigSpec load_rig(const std::filesystem::path& yaml, const Registry& registry, co
     root.report({"--slips", 0, 0,
                  std::string("this rig imposes no slip but ") + (dig ? "digs on the spot" : "a torque") +
                      "; leave the option out, or use a rig file with 'slips'"});
+  if (rig.ground && root.errors() == 0)
+    if (const std::string off = off_ground(*rig.ground, rig.wheel, {rig.x, rig.y, 0}, Vec3::UnitY(), 1.2); !off.empty())
+      (start.present() ? start : root.node("ground"))
+          .error("the wheel would start where there is no ground: " + off +
+                 "; choose another start ('start: {x: ..., y: ...}'), or 'outside: extend'");
   if (const ConfigNode m = root.optional_map("measured"); m.present()) rig.measured = load_rig_measured(m);
   root.finish();
   rig.document.check();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "ground_view.h"
 #include "visual_mesh.h"
 
 namespace grouser::vehicle {
@@ -61,13 +62,7 @@ void write_ground(Recorder& rec, const Scenario& s, const Driver& driver) {
     const int n = std::max(2, static_cast<int>((hi[k] - lo[k]) / step) + 1);
     for (int i = 0; i < n; ++i) axis[k].push_back(lo[k] + i * step);
   }
-  const std::uint64_t nx = axis[0].size(), ny = axis[1].size();
-  std::vector<double> z(nx * ny);
-  for (std::uint64_t j = 0; j < ny; ++j)
-    s.ground->heights(axis[0][0], axis[1][j], step, 0.0, static_cast<int>(nx), z.data() + j * nx);
-  rec.write_static({"ground.x", "m", "grid of the undisturbed ground", "W"}, axis[0], {nx});
-  rec.write_static({"ground.y", "m", "grid of the undisturbed ground", "W"}, axis[1], {ny});
-  rec.write_static({"ground.height", "m", "undisturbed ground, row per y", "W"}, z, {ny, nx});
+  write_ground_view(rec, ground_view(*s.ground, std::move(axis[0]), std::move(axis[1])));
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "ground_view.h"
+#include "grouser/terrain/ground_frame.h"
 #include "grouser/terrain/loaders.h"
 #include "grouser/terrain/terrain_loader.h"
 #include "grouser/vehicle/vehicle_loader.h"
@@ -28,6 +30,43 @@ bool is_whole_steps(double time, double dt) {
 void want_whole_steps(const ConfigNode& n, const char* key, double time, double dt, const char* hint) {
   if (!is_whole_steps(time, dt))
     n.error_at(key, std::string("'") + key + "' must be a whole number of time steps; " + hint);
+}
+
+/// A speed that no motor of the vehicle reaches, even without load, as a line to print.
+void tell_unreachable_speed(const Driver& driver, const VehicleSpec& v, std::vector<std::string>& notices) {
+  double reached = 0;
+  for (const WheelSpec& w : v.wheels) {
+    if (w.motor < 0) continue;
+    const MotorSpec& m = v.motors[w.motor];
+    if (m.speed.size() == 1) return;  // one torque at any speed
+    reached = std::max(reached, m.speed.back() * w.gear.radius());
+  }
+  const double asked = driver.asked_speed();
+  if (reached == 0 || asked <= reached) return;
+  char text[240];
+  std::snprintf(text, sizeof text,
+                "the driver asks for %.4g m/s, the motors turn the wheels at %.4g m/s at most, without any load: the "
+                "vehicle stays slower; lower the speed or give the motor a longer table",
+                asked, reached);
+  notices.emplace_back(text);
+}
+
+constexpr const char* off_remedy = "; choose another start ('start: {x: ..., y: ...}'), or 'outside: extend'";
+
+/// An error when the vehicle does not stand on the data of a ground that ends there.
+void want_ground_under(const Scenario& s, const ConfigNode& at) {
+  if (!at.present()) return;
+  try {
+    s.ground->height(s.start.p.x(), s.start.p.y());
+  } catch (const GroundError& e) {
+    return at.error(std::string("the vehicle would start where there is no ground: ") + e.what() + off_remedy);
+  }
+  for (const WheelSpec& w : s.vehicle.wheels) {
+    const std::string off = off_ground(*s.ground, w.gear, s.start * s.vehicle.links[w.link].X_VB.p,
+                                       s.start.q * s.vehicle.joints[w.joint].axis_V, 1.2);
+    if (!off.empty())
+      return at.error("wheel '" + w.name + "' would start where there is no ground: " + off + off_remedy);
+  }
 }
 
 }  // namespace
@@ -113,8 +152,10 @@ Scenario load_scenario(const std::filesystem::path& file, const Registry& regist
   }
   // The driver's waypoints and wheel names make sense only for a vehicle that could be read.
   const ConfigNode driver = root.map("driver");
-  if (vehicle_good) vehicle::make_driver(driver, s.vehicle, s.start);
+  std::unique_ptr<Driver> trial_driver;
+  if (vehicle_good) trial_driver = vehicle::make_driver(driver, s.vehicle, s.start);
   root.finish();
+  if (vehicle_good && s.document.diagnostics().empty()) want_ground_under(s, start.present() ? start : ground);
 
   log.take(s.document);
   log.check();
@@ -128,6 +169,7 @@ Scenario load_scenario(const std::filesystem::path& file, const Registry& regist
     }
   }
   tell_simplified_gears(*trial, s.vehicle.file, s.assumptions, s.notices);
+  tell_unreachable_speed(*trial_driver, s.vehicle, s.notices);
   s.start.p.z() = s.ground->height(x, y);
   return s;
 }

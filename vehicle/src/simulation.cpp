@@ -6,7 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "extent_watch.h"
+#include "ground_view.h"
 #include "grouser/terrain/checkpoint.h"
+#include "grouser/terrain/ground_frame.h"
 #include "grouser/vehicle/folder_lock.h"
 #include "grouser/vehicle/scenario.h"
 #include "run_record.h"
@@ -167,6 +169,8 @@ class Run {
       world_->step(scenario_.time_step, command_);
     } catch (const TerrainError& e) {
       stop(t, first_bad_body(), e.what());
+    } catch (const GroundError& e) {
+      stop(t, wheel_off_ground(), std::string("lost wheel: off the map: ") + e.what());
     } catch (const ConfigError&) {
       throw;
     } catch (const std::runtime_error& e) {
@@ -178,6 +182,17 @@ class Run {
   std::string first_bad_body() const {
     const int i = world_->first_not_finite();
     return i >= 0 ? scenario_.vehicle.links[i].name : "vehicle";
+  }
+
+  std::string wheel_off_ground() const {
+    const VehicleSpec& v = scenario_.vehicle;
+    for (const double reach : {0.0, 0.5, 1.0, 1.5, 2.0})  // the wheel that is farthest out
+      for (const WheelSpec& w : v.wheels) {
+        const Pose X = world_->pose(w.link);
+        const Vec3 axle_B = v.links[w.link].X_VB.q.conjugate() * v.joints[w.joint].axis_V;
+        if (!off_ground(*scenario_.ground, w.gear, X.p, X.q * axle_B, reach).empty()) return w.name;
+      }
+    return "vehicle";
   }
 
   void check(double t) {
@@ -313,6 +328,8 @@ class Run {
     rec.set_attribute("status", "finished");
     rec.set_attribute("simulated_s", time());
     r.energy_yardstick_J = e.yardstick();
+    r.energy_step_J =
+        e.implicit + e.integration - (world_->terrain().energy().integration - totals_.soil_0.integration);
     r.energy_yardstick = e.yardstick_name();
     rec.set_attribute("energy_residual_ratio", r.energy_residual_ratio);
     rec.set_attribute("energy_yardstick_J", r.energy_yardstick_J);
@@ -356,21 +373,11 @@ class Run {
   double terrain_s_ = 0, output_s_ = 0;
 };
 
-void copy_inputs(const std::vector<InputFile>& inputs, const fs::path& folder) {
-  std::error_code e;
-  fs::remove_all(folder, e);
-  for (const InputFile& f : inputs) {
-    fs::create_directories((folder / f.relative).parent_path(), e);
-    fs::copy_file(f.source, folder / f.relative, fs::copy_options::overwrite_existing, e);
-    if (e)
-      throw ResultsError((folder / f.relative).string() + ": cannot be written: " + e.message() +
-                         "; choose another output folder");
-  }
-}
-
 }  // namespace
 
-void check_scenario(const fs::path& yaml, const Registry& registry) { load_scenario(yaml, registry); }
+std::vector<std::string> check_scenario(const fs::path& yaml, const Registry& registry) {
+  return load_scenario(yaml, registry).notices;
+}
 
 RunSummary run_scenario(const fs::path& yaml, const Registry& registry, const RunOptions& o) {
   const ScenarioOverrides overrides{o.terrain, o.duration};
@@ -381,7 +388,7 @@ RunSummary run_scenario(const fs::path& yaml, const Registry& registry, const Ru
   fs::remove(o.out / "checkpoint.h5", e);  // of an earlier run in this folder
   copy_inputs(inputs, o.out / "inputs");
   const fs::path copy = o.out / "inputs" / inputs.front().relative;
-  const std::string text = resolved_text(inputs, overrides);
+  const std::string text = resolved_text(collect_inputs(copy), overrides);
   {
     // What resume needs to find its way back; text, so that it survives whatever happens to run.h5.
     State names;

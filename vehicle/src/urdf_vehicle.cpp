@@ -175,7 +175,8 @@ void read_link(Reader& rd, const XMLElement* e, LinkSpec& l, Pose& X_LB) {
     if (!m)
       rd.error(in, "<inertial> needs <mass value=\"...\"/> [kg]");
     else if (l.mass = rd.number(m, "value", 0, true); l.mass < 0)
-      rd.error(m, "the mass must not be negative [kg]");
+      rd.error(m, std::string("the mass must not be negative [kg], got '") + m->Attribute("value") +
+                      "'; give what the body weighs, 0 only for one that is fixed to another");
     if (!I) {
       rd.error(in, "<inertial> needs <inertia ixx= iyy= izz= ixy= ixz= iyz=> [kg m^2]");
     } else {

@@ -26,7 +26,7 @@ struct WheelStep {
 ///
 /// i.e. the force linearised about the motion now, at the pose x + dt V and twist V that Bullet will reach with J applied (implicit
 /// Euler with one Newton step). W (6n x 6n) [1/kg, ...] is what a unit impulse on wheel j does to the twist of wheel i once the joints
-/// have been solved. At rest v = V = 0, so J = dt F(x) exactly: the static sinkage is exact for any dt.
+/// have been solved. At rest v = V = 0, so J = dt F(x) exactly: the static sinkage is exact for any constant dt.
 ///
 /// Ground does not pull: when (1) asks for a pull (J_z <= 0) from a contact that pushes (raw_z > 0), the wheel leaves the ground within
 /// the coming step and its impulse is zero (`released`).

@@ -1,5 +1,6 @@
 #pragma once
 // Where a wheel meets the ground: overlap of a rolling disc with any height field, reduced to one equivalent flat patch.
+#include <limits>
 #include <vector>
 
 #include "grouser/terrain/ground.h"
@@ -12,6 +13,9 @@ struct WheelPose {
   Vec3 hub_W = Vec3::Zero();
   Vec3 axis_W = Vec3::UnitY();
   double radius = 0, width = 0;
+  /// Way of the hub along the ground [m], from which the ground samples are counted; NaN: hub_W . x_C. A wheel that yaws far from the
+  /// world's origin needs a count of its own: there hub_W . x_C changes by the turn alone, and the samples would slide over the ground.
+  double along = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct PatchOptions {

@@ -26,6 +26,8 @@ class Driver {
   /// Where it is going to drive: corners of a box around start (0, 0, yaw 0) [m]; for the size of the ground in the 3-D
   /// view.
   virtual std::vector<Vec2> reach(double duration) const = 0;
+  /// Greatest rim speed that it asks of a wheel without slip [m/s]; 0 where it commands torques.
+  virtual double asked_speed() const { return 0; }
   /// True when it has nothing left to do.
   virtual bool done() const { return false; }
 };

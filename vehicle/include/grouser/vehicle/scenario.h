@@ -48,13 +48,23 @@ struct Scenario {
 Scenario load_scenario(const std::filesystem::path& file, const Registry& registry,
                        const ScenarioOverrides& overrides = {});
 
+/// An absolute file name inside a YAML file.
+struct AbsoluteName {
+  int line = 0, column = 0;
+  std::string written;
+  std::filesystem::path file;
+};
 /// A file that a scenario needs, and its place relative to the common folder of all of them.
 struct InputFile {
   std::filesystem::path source;
   std::filesystem::path relative;
+  std::vector<AbsoluteName> absolute;  ///< names in it that would lead out of a copy
 };
 /// The scenario file first, then every existing file that it names, directly or through other YAML files.
 std::vector<InputFile> collect_inputs(const std::filesystem::path& scenario);
+/// Copies them into `folder`, emptied first; absolute names become relative ones, so that the copies need nothing else.
+/// @throws ResultsError when a file cannot be written, ConfigError for an absolute name that escapes hide.
+void copy_inputs(const std::vector<InputFile>& inputs, const std::filesystem::path& folder);
 /// Text of all YAML and URDF inputs one after the other with their relative names, the hash of every other one, and the
 /// overrides: two runs with equal text are the same run. Free of absolute paths.
 std::string resolved_text(const std::vector<InputFile>& inputs, const ScenarioOverrides& overrides);

@@ -46,9 +46,10 @@ struct RunSummary {
   std::string end_state_hash;
   double energy_residual_ratio = 0;  ///< [-] |what does not close| at the end over energy_yardstick_J
   double energy_yardstick_J = 0;     ///< [J] VehicleEnergy::yardstick()
-  std::string energy_yardstick;      ///< what it is: "positive motor work" or "height energy given up"
-  double joint_drift_m = 0;          ///< [m] largest of the run
-  double total_mass = 0;             ///< [kg]
+  double energy_step_J = 0;  ///< [J] what the time step itself put in; < 0: took (implicit_correction + integration)
+  std::string energy_yardstick;  ///< what it is: "positive motor work" or "height energy given up"
+  double joint_drift_m = 0;      ///< [m] largest of the run
+  double total_mass = 0;         ///< [kg]
   std::vector<std::string>
       warnings;  ///< what the results must be read with: a wheel left the ground's data, no rest at the start
   std::vector<std::string> notices;  ///< how the terrain simplifies the wheels
@@ -62,7 +63,7 @@ RunSummary run_scenario(const std::filesystem::path& yaml, const Registry& regis
 RunSummary resume_run(const std::filesystem::path& folder, const Registry& registry, int threads,
                       const std::function<void(const Progress&)>& progress = {});
 
-/// Everything that run_scenario checks before it starts. @throws ConfigError
-void check_scenario(const std::filesystem::path& yaml, const Registry& registry);
+/// Everything that run_scenario checks before it starts. Returns the notices that its summary would have. @throws ConfigError
+std::vector<std::string> check_scenario(const std::filesystem::path& yaml, const Registry& registry);
 
 }  // namespace grouser::vehicle
