@@ -10,6 +10,7 @@ pkg_search_module(grouser_hdf5 REQUIRED IMPORTED_TARGET hdf5-serial hdf5)
 find_package(Boost 1.74 REQUIRED)
 if(GROUSER_DIAGNOSIS AND GROUSER_BEKKER)
   find_package(Ceres REQUIRED)
+  find_package(NLopt REQUIRED)
 endif()
 if(GROUSER_VEHICLE)
   # CMake's FindBullet finds single precision; vehicles use float64, which only pkg-config knows.

@@ -13,7 +13,7 @@
 #ifdef GROUSER_DEM
 #include "dem_bed.h"
 #include "dem_case.h"
-#include "soil_case.h"
+#include "soil_calibration.h"
 #endif
 #ifdef GROUSER_DIAGNOSIS
 #include "grouser/diagnosis/fit_file.h"
@@ -46,13 +46,13 @@ std::string check_urdf(const fs::path& file) {
                      v.links.size(), v.joints.size());
 }
 
-std::string check_yaml(const fs::path& file) {
+std::string check_yaml(const fs::path& file, std::vector<std::string>& notices) {
   const ConfigDocument doc = ConfigDocument::from_file(file);
   doc.check();
   const ConfigNode root = doc.root();
   const auto kind = kind_of(root);
   const std::string key = kind ? kind->key : "";
-  if (key == "scenario") return vehicle::check_scenario(file, all_models()), "scenario";
+  if (key == "scenario") return notices = vehicle::check_scenario(file, all_models()), "scenario";
   if (key == "rig") return vehicle::check_rig(file, all_models()), "rig";
 #ifdef GROUSER_DIAGNOSIS
   if (key == "fit") return diagnosis::run_fit(file), "fit";
@@ -60,6 +60,7 @@ std::string check_yaml(const fs::path& file) {
 #ifdef GROUSER_DEM
   if (key == "soil_test") return check_soil_file(file), "soil test on grains";
   if (key == "campaign") return read_campaign(file), "campaign of soil tests";
+  if (key == "calibration") return read_calibration(file), "calibration of grains";
   if (key == "dem") return read_dem_case(file), "discrete-element case";
   if (key == "bed") return read_dem_bed(file), "bed of grains";
 #endif
@@ -94,7 +95,7 @@ std::string check_hdf5(const fs::path& file) {
                      r.frames(), r.attribute("status"));
 }
 
-std::string check_one(const fs::path& file) {
+std::string check_one(const fs::path& file, std::vector<std::string>& notices) {
   const std::string ext = file.extension().string();
   if (ext == ".h5") return check_hdf5(file);
   if (!fs::exists(file)) throw ConfigError(file.string(), 0, 0, "the file does not exist");
@@ -108,7 +109,7 @@ std::string check_one(const fs::path& file) {
     throw ConfigError(file.string(), 0, 0,
                       "a height map alone says nothing of its use; check the ground file that names it");
   if (ext == ".urdf") return check_urdf(file);
-  return check_yaml(file);
+  return check_yaml(file, notices);
 }
 
 }  // namespace
@@ -117,7 +118,10 @@ int check(const std::vector<fs::path>& files) {
   int code = 0;
   for (const fs::path& file : files) {
     try {
-      fmt::print("{}: {}, no errors\n", file.string(), check_one(file));
+      std::vector<std::string> notices;
+      const std::string kind = check_one(file, notices);
+      fmt::print("{}: {}, no errors\n", file.string(), kind);
+      for (const std::string& n : notices) fmt::print("note: {}\n", n);
     } catch (const ConfigError& e) {
       fmt::print(stderr, "{}\n", e.what());
       code = 2;

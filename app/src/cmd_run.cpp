@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "commands.h"
@@ -29,8 +30,14 @@ void print_summary(const vehicle::RunSummary& s) {
   fmt::print("time: Bullet {:.2f} s, terrain {:.2f} s, output {:.2f} s, other {:.2f} s\n", s.bullet_s, s.terrain_s,
              s.output_s, other);
   const std::string parked = s.energy_yardstick_J < nothing_done ? ", next to nothing: the vehicle stood" : "";
-  fmt::print("energy closes within {:.3f} % of the {} ({:.4g} J{}); joint drift {:.4f} mm\n",
-             100 * s.energy_residual_ratio, s.energy_yardstick, s.energy_yardstick_J, parked, 1000 * s.joint_drift_m);
+  // A ledger that closes says nothing of what the time step itself does, so both stand side by side.
+  const std::string share =
+      parked.empty() ? fmt::format(" ({:.2g} %)", 100 * std::abs(s.energy_step_J) / s.energy_yardstick_J) : "";
+  fmt::print(
+      "energy closes within {:.3f} % of the {} ({:.4g} J{}), counting {:.2g} J{} that the time step itself {}; joint "
+      "drift {:.4f} mm\n",
+      100 * s.energy_residual_ratio, s.energy_yardstick, s.energy_yardstick_J, parked, std::abs(s.energy_step_J), share,
+      s.energy_step_J < 0 ? "took" : "added", 1000 * s.joint_drift_m);
   for (const std::string& n : s.notices) fmt::print("note: {}\n", n);
   for (const std::string& w : s.warnings) fmt::print("warning: {}\n", w);
   fmt::print("end state {}\n", s.end_state_hash);

@@ -9,6 +9,7 @@
 #include "file_kind.h"
 #include "grouser/terrain/config.h"
 #include "grouser/vehicle/folder_lock.h"
+#include "soil_calibration.h"
 #include "soil_page.h"
 #include "soil_run.h"
 #include "whole_file.h"
@@ -90,6 +91,32 @@ int run_campaign(Arguments a) {
   return code_of(results);
 }
 
+int run_calibration(Arguments a) {
+  expect_kind(a.file, "calibration");
+  const Calibration c = read_calibration(a.file);
+  if (a.out.empty()) a.out = fs::path("runs") / ("soil-" + a.file.stem().string());
+  if (a.run.beds.empty()) a.run.beds = a.out / "beds";
+  const vehicle::FolderLock lock(a.out);
+  const auto write = [&](const std::vector<CalibrationSet>& sets) {
+    write_whole_file(a.out / "sets.csv", sets_csv(c, sets));
+    report::write_figure_page(calibration_page(c, sets), a.out / "report.html");
+  };
+  std::vector<CalibrationSet> sets;
+  try {
+    sets = calibrate(c, a.out, a.run, write);
+  } catch (const dem::DemError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return 1;
+  }
+  const CalibrationSummary s = summarize(c, sets);
+  fmt::print("best compromise of {} sets:", sets.size());
+  for (std::size_t k = 0; k < c.parameters.size(); ++k)
+    fmt::print(" {} {}", c.parameters[k].name, value_text(c.parameters[k], sets[s.best].values[k]));
+  fmt::print("; error {:.1f} % of shear, {:.1f} % of sinkage\nreport: {}\n", 100 * sets[s.best].misfit[0].error,
+             100 * sets[s.best].misfit[1].error, (a.out / "report.html").string());
+  return 0;
+}
+
 void add_options(CLI::App& cmd, Arguments& a) {
   cmd.add_option("--out", a.out, "folder for the results (default under runs/)");
   cmd.add_option("--beds", a.run.beds, "folder of poured packings (default <out>/beds)");
@@ -117,11 +144,18 @@ void add_soil_command(CLI::App& cli, int& code) {
   add_test(*soil, "pressure-sinkage", "plate pushed into a bed of grains", code);
   add_test(*soil, "angle-of-repose", "a wall of a box is lifted; slope of the heap over time", code);
   add_test(*soil, "oedometer", "compression between smooth walls, loading and unloading", code);
+  add_test(*soil, "triaxial", "compression under constant side pressure: strength and dilation", code);
   const auto a = std::make_shared<Arguments>();
   auto* campaign = soil->add_subcommand("campaign", "several files of soil tests, packing by packing");
   campaign->add_option("campaign", a->file, "file that lists them")->required();
   add_options(*campaign, *a);
   campaign->callback([a, &code] { code = run_campaign(*a); });
+  const auto b = std::make_shared<Arguments>();
+  auto* calibration =
+      soil->add_subcommand("calibrate", "stiffness, friction and rolling by shear and sinkage curves together");
+  calibration->add_option("calibration", b->file, "file of the calibration: tests, parameters, search")->required();
+  add_options(*calibration, *b);
+  calibration->callback([b, &code] { code = run_calibration(*b); });
 }
 
 }  // namespace grouser::app

@@ -257,6 +257,32 @@ void read_body(const ConfigNode& n, DemCase& c) {
   c.bodies.push_back(std::move(b));
 }
 
+/// auto and adaptive: from the Rayleigh time of the grain that has the least.
+void read_step(const ConfigNode& root, DemCase& c) {
+  const ConfigNode n = root.node("time_step");
+  const std::string word = n.present() && n.is_scalar() ? n.as_text() : "";
+  const bool adaptive = word == "adaptive";
+  if (word != "auto" && !adaptive) {
+    c.solver.dt = root.quantity("time_step", "s", Range::positive());
+    if (root.has("step_share")) root.error_at("step_share", "goes with 'time_step: auto' or 'adaptive' only");
+    return;
+  }
+  if (c.solver.law.model != dem::ContactModel::hertz_ch4)
+    root.error_at("time_step", "'" + word + "' is known for hertz-ch4 only; give the step in seconds");
+  const double share =
+      root.quantity_or("step_share", adaptive ? 0.5 : dem::kStepShare, "1", {0, adaptive ? 0.8 : 0.5, true, false});
+  double least = 1e30;
+  for (const dem::GrainState& g : c.grains)
+    if (g.material >= 0 && static_cast<std::size_t>(g.material) < c.solver.materials.materials.size())
+      least = std::min(least, dem::rayleigh_time(c.solver.materials.materials[static_cast<std::size_t>(g.material)],
+                                                 g.radius, g.density));
+  if (least == 1e30) return;  // said already: no grains
+  c.solver.dt = (adaptive ? dem::kStepShare : share) * least;
+  if (!adaptive) return;
+  c.solver.adapt = share;
+  c.solver.dt_largest = 0.4 * least;
+}
+
 }  // namespace
 
 DemCase read_dem_case(const fs::path& file) {
@@ -285,7 +311,7 @@ DemCase read_dem_case(const fs::path& file) {
   grains.finish();
   if (root.has("materials") && root.has("grains")) read_pairs(root, c);
   c.solver.gravity = vector(root, "gravity", "m/s^2", c.solver.gravity);
-  c.solver.dt = root.quantity("time_step", "s", Range::positive());
+  read_step(root, c);
   c.duration = root.quantity("duration", "s", Range::positive());
   c.output_every = root.quantity_or("output_every", c.duration / 100, "s", Range::positive());
   c.solver.precision = root.choice_or("precision", "single", {"single", "double"}) == "double" ? dem::Precision::full

@@ -52,7 +52,9 @@ struct DemCase {
 /// pairs: [{of: [a, b], friction, restitution, rolling_coefficient, cohesion, and for hertz-ch3 kn, kt, gamma_n, gamma_t}], every pair
 /// law: {model, rolling, cap, tangential_stiffness, damping}      optional
 /// gravity: [0 m/s^2, 0 m/s^2, -9.81 m/s^2]                       optional
-/// time_step, duration, output_every; precision, energy: true, contacts: true    optional
+/// time_step: 5 us | auto (step_share, 0.17, of the least Rayleigh time of a grain) | adaptive (step_share, 0.5, of the stable step by
+/// the stiffness of the contacts, at most 0.4 of the least Rayleigh time)
+/// duration, output_every; precision, energy: true, contacts: true    optional
 /// bodies: [{name, material, position, rotation: {axis, angle}, surfaces, free, schedule}]
 ///   surfaces: [{plane: {point, normal}} | {box: {size, open: top}} | {rectangle: [lx, ly]} | {mesh: {file, scale}} |
 ///              {wheel: {radius, width, segments, lugs, lug_height, lug_thickness}} | {cylinder: {radius, width}} |

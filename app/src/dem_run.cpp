@@ -75,7 +75,11 @@ class Run {
         while (step_ < target) {
           while (next_event_ < events_.size() && events_[next_event_].step <= step_) apply(events_[next_event_++]);
           const long until = next_event_ < events_.size() ? std::min(target, events_[next_event_].step) : target;
-          solver_.step(until - step_);
+          // With an adaptive step these are steps of the clock, as long as the first one.
+          if (case_.solver.adapt > 0)
+            solver_.step_for(static_cast<double>(until) * case_.solver.dt - solver_.time());
+          else
+            solver_.step(until - step_);
           step_ = until;
         }
         output();

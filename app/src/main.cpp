@@ -139,6 +139,7 @@ int parse_and_run(int argc, char** argv) {
   add_plot_command(cli, code);
 #ifdef GROUSER_DIAGNOSIS
   add_fit_command(cli, code);
+  add_diagnose_command(cli, code);
 #endif
 #ifdef GROUSER_BEKKER
   add_bekker_command(cli, code);

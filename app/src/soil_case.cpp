@@ -25,6 +25,7 @@ struct Plan {
   dem::SinkageSettings sinkage;
   dem::ReposeSettings repose;
   dem::OedometerSettings oedometer;
+  dem::TriaxialSettings triaxial;
 };
 
 double length(const ConfigNode& n, const char* key, double now, bool partial) {
@@ -98,6 +99,26 @@ void read_oedometer(const ConfigNode& n, Plan& p, bool partial) {
   n.finish();
 }
 
+void read_triaxial(const ConfigNode& n, Plan& p, bool partial) {
+  dem::TriaxialSettings& s = p.triaxial;
+  s.side = length(n, "side", s.side, partial);
+  s.height = length(n, "height", s.height, partial);
+  if (!partial || n.has("pressures")) p.pressures = n.quantities("pressures", "Pa", 0, Range::positive());
+  s.strain_rate = n.quantity_or("strain_rate", s.strain_rate, "1/s", Range::positive());
+  s.strain = n.quantity_or("strain", s.strain, "1", {0, 0.5, true, false});
+  s.wall_speed = n.quantity_or("wall_speed", s.wall_speed, "m/s", Range::positive());
+  if (s.wall_speed < s.strain_rate * s.height)
+    n.error_at(
+        n.has("wall_speed") ? "wall_speed" : "strain_rate",
+        fmt::format("side walls at {:.3g} m/s cannot follow a lid that moves at strain_rate x height = {:.3g} m/s",
+                    s.wall_speed, s.strain_rate * s.height));
+  s.rest = n.quantity_or("rest", s.rest, "s", Range::positive());
+  s.rest_speed = n.quantity_or("rest_speed", s.rest_speed, "m/s", Range::non_negative());
+  s.samples = static_cast<int>(n.integer_or("samples", s.samples, 2, 100000));
+  if (s.side <= 2 * p.soil.largest) n.error_at("side", "the box must be wider than two of the largest grains");
+  n.finish();
+}
+
 /// Name of the section of a test in the file.
 std::string section_of(std::string kind) {
   std::replace(kind.begin(), kind.end(), '-', '_');
@@ -136,6 +157,8 @@ void add_case(SoilFile& f, const Plan& p, std::size_t packing, SoilTestSettings 
   c.soil = p.soil;
   c.soil.seed = seed;
   c.poured = p.packing.present() ? dem::read_soil(p.packing, &c.soil) : c.soil;
+  dem::set_step(c.soil);
+  dem::set_step(c.poured);
   c.test = std::move(test);
   c.group = p.variant.empty() ? curve : p.variant + ", " + curve;
   c.name = slug(c.group) + "-seed" + std::to_string(seed);
@@ -177,10 +200,17 @@ std::unique_ptr<dem::SoilTest> SoilCase::make(const dem::Packing& bed) const {
   if (const auto* t = std::get_if<dem::ShearSettings>(&test)) return dem::make_direct_shear(soil, bed, *t);
   if (const auto* t = std::get_if<dem::SinkageSettings>(&test)) return dem::make_pressure_sinkage(soil, bed, *t);
   if (const auto* t = std::get_if<dem::ReposeSettings>(&test)) return dem::make_angle_of_repose(soil, bed, *t);
+  if (const auto* t = std::get_if<dem::TriaxialSettings>(&test)) return dem::make_triaxial(soil, bed, *t);
   return dem::make_oedometer(soil, bed, std::get<dem::OedometerSettings>(test));
 }
 
-SoilFile read_soil_file(const fs::path& file, const std::string& kind) {
+double SoilReference::shear_stress(double sigma, double j) const {
+  return (c + sigma * std::tan(phi)) * (1 - std::exp(-j / K));
+}
+double SoilReference::pressure(double z) const { return z > 0 ? k * std::pow(z / width, n) : 0; }
+
+SoilFile read_soil_file(const fs::path& file, const std::string& kind,
+                        const std::function<void(dem::SoilSettings&)>& change) {
   const ConfigDocument doc = ConfigDocument::from_file(file);
   const ConfigNode root = doc.root();
   if (!root.present()) doc.check();
@@ -201,12 +231,15 @@ SoilFile read_soil_file(const fs::path& file, const std::string& kind) {
       read_sinkage(n, p, partial);
     else if (kind == "angle-of-repose")
       read_repose(n, p, partial);
+    else if (kind == "triaxial")
+      read_triaxial(n, p, partial);
     else
       read_oedometer(n, p, partial);
   };
   Plan base;
   base.soil = dem::read_soil(root.map("soil"));
   dem::read_solver(root.optional_map("solver"), base.soil);
+  if (change) change(base.soil);
   base.packing = root.optional_map("packing");
   if (base.packing.present()) dem::read_soil(base.packing, &base.soil);
   read_seeds(root, base);
@@ -218,6 +251,7 @@ SoilFile read_soil_file(const fs::path& file, const std::string& kind) {
     p.variant = v.text("name");
     if (!names.insert(p.variant).second) v.error_at("name", "two variants are called '" + p.variant + "'");
     if (v.has("soil")) p.soil = dem::read_soil(v.map("soil"), &base.soil);
+    if (change) change(p.soil);
     if (v.has("packing")) p.packing = v.map("packing");
     if (p.packing.present()) dem::read_soil(p.packing, &p.soil);
     dem::read_solver(v.optional_map("solver"), p.soil);
@@ -237,6 +271,12 @@ SoilFile read_soil_file(const fs::path& file, const std::string& kind) {
       if (k >= p.seeds.size()) continue;
       if (kind == "angle-of-repose") add_case(out, p, k, p.repose, "angle of repose");
       if (kind == "oedometer") add_case(out, p, k, p.oedometer, "oedometer");
+      if (kind == "triaxial")
+        for (double pressure : p.pressures) {
+          dem::TriaxialSettings t = p.triaxial;
+          t.pressure = pressure;
+          add_case(out, p, k, t, fmt::format("{:g} Pa", pressure));
+        }
       for (double rate : p.rates) {
         if (kind == "pressure-sinkage") {
           dem::SinkageSettings t = p.sinkage;
@@ -297,7 +337,8 @@ SoilCampaign read_campaign(const fs::path& file) {
 }
 
 const std::vector<std::string>& soil_test_kinds() {
-  static const std::vector<std::string> kinds{"direct-shear", "pressure-sinkage", "angle-of-repose", "oedometer"};
+  static const std::vector<std::string> kinds{"direct-shear", "pressure-sinkage", "angle-of-repose", "oedometer",
+                                              "triaxial"};
   return kinds;
 }
 

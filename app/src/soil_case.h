@@ -1,6 +1,7 @@
 #pragma once
 // Cases of a soil test on grains, from YAML: variants x pressures x rates x packings.
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <variant>
@@ -11,8 +12,8 @@
 
 namespace grouser::app {
 
-using SoilTestSettings =
-    std::variant<dem::ShearSettings, dem::SinkageSettings, dem::ReposeSettings, dem::OedometerSettings>;
+using SoilTestSettings = std::variant<dem::ShearSettings, dem::SinkageSettings, dem::ReposeSettings,
+                                      dem::OedometerSettings, dem::TriaxialSettings>;
 
 struct SoilCase {
   std::string name;   ///< file name of its results, without ending
@@ -34,6 +35,8 @@ struct SoilReference {
   bool shear = false, sinkage = false;
   double c = 0, phi = 0, K = 0;       ///< tau = (c + sigma tan phi)(1 - exp(-j/K))
   double k = 0, n = 1, width = 0.05;  ///< sigma = k (z/b)^n
+  double shear_stress(double sigma, double j) const;
+  double pressure(double z) const;  ///< 0 above the surface
 };
 
 struct SoilFile {
@@ -61,13 +64,16 @@ SoilCampaign read_campaign(const std::filesystem::path& file);
 /// direct_shear: {side, height, displacement, samples, pressures: [...], rates: [...]}       or
 /// pressure_sinkage: {bin: [x, y], depth, plate: [x, y, z], rates, sinkage, brick, samples}       or
 /// angle_of_repose: {base: [x, y], height, lift, duration, samples}       or
-/// oedometer: {side, height, pressures: [...], hold, rest_speed}
+/// oedometer: {side, height, pressures: [...], hold, rest_speed}       or
+/// triaxial: {side, height, pressures: [...], strain_rate, strain, wall_speed, rest, rest_speed, samples}
 /// packing: {...}                               optional: the soil while it is poured, where it differs from `soil`
 /// variants: [{name, soil: {...}, packing: {...}, solver: {...}, seeds: [...], direct_shear: {...}}]   optional: each changes what it
 ///                                              names
 /// reference: {source, cohesion, friction_angle, K} or {source, k, n, width}                     optional
+/// `change` is done to the soil of every variant before the packing's own keys are read.
 /// @throws ConfigError with every error of the file.
-SoilFile read_soil_file(const std::filesystem::path& file, const std::string& kind);
+SoilFile read_soil_file(const std::filesystem::path& file, const std::string& kind,
+                        const std::function<void(dem::SoilSettings&)>& change = {});
 /// The same for a file of any test.
 void check_soil_file(const std::filesystem::path& file);
 /// Names of the tests, as the commands are called.

@@ -12,15 +12,6 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// Value of a piecewise linear curve; NaN outside.
-double at(const std::vector<double>& x, const std::vector<double>& y, double q) {
-  if (x.empty() || q < x.front() || q > x.back()) return nan;
-  const auto k = static_cast<std::size_t>(std::lower_bound(x.begin(), x.end(), q) - x.begin());
-  if (k == 0) return y[0];
-  const double w = (q - x[k - 1]) / (x[k] - x[k - 1]);
-  return (1 - w) * y[k - 1] + w * y[k];
-}
-
 std::vector<double> scaled(std::vector<double> v, double s) {
   for (double& x : v) x *= s;
   return v;
@@ -29,11 +20,6 @@ std::vector<double> scaled(std::vector<double> v, double s) {
 std::size_t column(const SoilGroup& g, const std::string& name) {
   return static_cast<std::size_t>(std::find(g.columns.begin(), g.columns.end(), name) - g.columns.begin());
 }
-
-double reference_shear(const SoilReference& r, double sigma, double j) {
-  return (r.c + sigma * std::tan(r.phi)) * (1 - std::exp(-j / r.K));
-}
-double reference_pressure(const SoilReference& r, double z) { return z > 0 ? r.k * std::pow(z / r.width, r.n) : 0; }
 
 void add_curves(report::FigurePage& page, const std::vector<const SoilGroup*>& groups, const std::string& title,
                 const std::string& name, const std::string& x_label, const std::string& y_label, double y_scale,
@@ -96,7 +82,7 @@ report::FigureTable values_table(const SoilFile& f, const std::vector<SoilGroup>
     std::vector<std::string> row{g.name, std::to_string(g.packings)};
     const std::size_t c = column(g, name);
     for (double p : places) {
-      const double m = at(g.x, g.mean[c], p * whole), s = at(g.x, g.sd[c], p * whole);
+      const double m = value_at(g.x, g.mean[c], p * whole), s = value_at(g.x, g.sd[c], p * whole);
       row.push_back(std::isnan(m)    ? "-"
                     : g.packings > 1 ? fmt::format("{:.2f} +- {:.2f}", 1e-3 * m, 1e-3 * s)
                                      : fmt::format("{:.2f}", 1e-3 * m));
@@ -111,18 +97,55 @@ report::FigureTable values_table(const SoilFile& f, const std::vector<SoilGroup>
     }
     for (double p : pressures) {
       std::vector<std::string> row{fmt::format("{}, {:g} Pa", f.reference.source, p), ""};
-      for (double q : places) row.push_back(fmt::format("{:.2f}", 1e-3 * reference_shear(f.reference, p, q * whole)));
+      for (double q : places) row.push_back(fmt::format("{:.2f}", 1e-3 * f.reference.shear_stress(p, q * whole)));
       t.rows.push_back(std::move(row));
     }
   } else if (f.reference.sinkage) {
     std::vector<std::string> row{f.reference.source, ""};
-    for (double q : places) row.push_back(fmt::format("{:.2f}", 1e-3 * reference_pressure(f.reference, q * whole)));
+    for (double q : places) row.push_back(fmt::format("{:.2f}", 1e-3 * f.reference.pressure(q * whole)));
+    t.rows.push_back(std::move(row));
+  }
+  return t;
+}
+
+/// Angles of internal friction of a triaxial test: its largest, and the mean over the last fifth of the strain.
+report::FigureTable strength_table(const std::vector<SoilGroup>& groups, const std::vector<SoilCaseResult>& results) {
+  report::FigureTable t{"Angle of internal friction [deg], mean +- sd over packings",
+                        {"case", "packings", "peak", "last fifth of the strain"},
+                        {}};
+  for (const SoilGroup& g : groups) {
+    std::vector<double> peak, late;
+    for (const SoilCaseResult& r : results) {
+      if (!r.done || r.spec->group != g.name) continue;
+      const std::vector<double> phi = r.table.column("mobilised_friction_deg");
+      peak.push_back(*std::max_element(phi.begin(), phi.end()));
+      const std::size_t from = phi.size() - std::max<std::size_t>(1, phi.size() / 5);
+      late.push_back(0);
+      for (std::size_t k = from; k < phi.size(); ++k) late.back() += phi[k] / static_cast<double>(phi.size() - from);
+    }
+    std::vector<std::string> row{g.name, std::to_string(g.packings)};
+    for (const std::vector<double>& v : {peak, late}) {
+      double mean = 0, square = 0;
+      for (double x : v) mean += x / static_cast<double>(v.size());
+      for (double x : v) square += (x - mean) * (x - mean);
+      row.push_back(v.size() > 1
+                        ? fmt::format("{:.1f} +- {:.1f}", mean, std::sqrt(square / static_cast<double>(v.size() - 1)))
+                        : fmt::format("{:.1f}", mean));
+    }
     t.rows.push_back(std::move(row));
   }
   return t;
 }
 
 }  // namespace
+
+double value_at(const std::vector<double>& x, const std::vector<double>& y, double q) {
+  if (x.empty() || q < x.front() || q > x.back()) return nan;
+  const auto k = static_cast<std::size_t>(std::lower_bound(x.begin(), x.end(), q) - x.begin());
+  if (k == 0) return y[0];
+  const double w = (q - x[k - 1]) / (x[k] - x[k - 1]);
+  return (1 - w) * y[k - 1] + w * y[k];
+}
 
 std::vector<SoilGroup> group_curves(const std::vector<SoilCaseResult>& results) {
   std::vector<std::pair<SoilGroup, std::vector<const SoilCaseResult*>>> all;
@@ -154,7 +177,7 @@ std::vector<SoilGroup> group_curves(const std::vector<SoilCaseResult>& results) 
         const bool by_row = std::holds_alternative<dem::OedometerSettings>(g.first->test);
         for (const SoilCaseResult* r : members) {
           const std::vector<double> y = r->table.column(name);
-          const double v = by_row ? y.at(k) : at(r->table.column(t.columns[0]), y, g.x[k]);
+          const double v = by_row ? y.at(k) : value_at(r->table.column(t.columns[0]), y, g.x[k]);
           if (!std::isnan(v)) values.push_back(v);
         }
         for (double v : values) mean[k] += v / static_cast<double>(values.size());
@@ -205,12 +228,14 @@ report::FigurePage soil_page(const SoilFile& f, const std::vector<SoilCaseResult
     }
     return s;
   };
-  if (f.kind == "angle-of-repose" || f.kind == "oedometer") {
+  if (f.kind == "triaxial") page.items.push_back(strength_table(groups, results));
+  if (f.kind == "angle-of-repose" || f.kind == "oedometer" || f.kind == "triaxial") {
     for (const std::string& c : groups[0].columns) {
-      report::Plot plot{c,    f.kind == "oedometer" ? "pressure [kPa]" : "time [s]",
-                        c,    "Mean over packings; bars: standard deviation over packings.",
-                        {},   false,
-                        false};
+      report::Plot plot{
+          c,    f.kind == "oedometer" ? "pressure [kPa]" : f.kind == "triaxial" ? "axial strain" : "time [s]",
+          c,    "Mean over packings; bars: standard deviation over packings.",
+          {},   false,
+          false};
       for (const SoilGroup& g : groups)
         plot.series.push_back({fmt::format("{} (n = {})", g.name, g.packings), report::Series::Style::line,
                                scaled(g.x, f.kind == "oedometer" ? 1e-3 : 1), g.mean[column(g, c)],
@@ -230,8 +255,7 @@ report::FigurePage soil_page(const SoilFile& f, const std::vector<SoilCaseResult
       std::vector<report::Series> references;
       if (f.reference.shear)
         references.push_back(line(
-            f.reference.source, [&](double j) { return reference_shear(f.reference, p, j); }, these[0]->x.back(),
-            1e-3));
+            f.reference.source, [&](double j) { return f.reference.shear_stress(p, j); }, these[0]->x.back(), 1e-3));
       add_curves(page, these, "Shear stress, " + curve, "shear_total_Pa", "displacement [mm]",
                  "shear stress of box and plate [kPa]", 1e-3, references);
       add_curves(page, these, "Shear stress of the upper box alone, " + curve, "shear_box_Pa", "displacement [mm]",
@@ -244,7 +268,7 @@ report::FigurePage soil_page(const SoilFile& f, const std::vector<SoilCaseResult
     std::vector<report::Series> references;
     if (f.reference.sinkage)
       references.push_back(line(
-          f.reference.source, [&](double z) { return reference_pressure(f.reference, z); }, these[0]->x.back(), 1e-3));
+          f.reference.source, [&](double z) { return f.reference.pressure(z); }, these[0]->x.back(), 1e-3));
     add_curves(page, these, "Pressure under the plate", "pressure_Pa", "sinkage [mm]", "pressure [kPa]", 1e-3,
                references);
   }

@@ -14,6 +14,8 @@ struct SoilGroup {
   std::vector<std::vector<double>> mean, sd;  ///< per column
   std::size_t packings = 0;
 };
+/// Value at q of a piecewise linear curve with rising x; NaN outside.
+double value_at(const std::vector<double>& x, const std::vector<double>& y, double q);
 std::vector<SoilGroup> group_curves(const std::vector<SoilCaseResult>& results);
 
 /// Figures with mean and spread next to the reference, and a table of the end values.

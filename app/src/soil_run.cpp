@@ -74,7 +74,8 @@ std::string finished_hash(const fs::path& meta) {
 /// Work in grain steps over all cases, for the line of progress.
 class Ledger {
  public:
-  Ledger(std::size_t cases, bool quiet) : line_(quiet), done_(cases, 0.0), total_(cases, 0.0), begin_(Clock::now()) {}
+  Ledger(std::size_t cases, const SoilRunOptions& o)
+      : line_(o.quiet), head_(o.head), then_(o.then), done_(cases, 0.0), total_(cases, 0.0), begin_(Clock::now()) {}
   void expect(std::size_t k, double work) { total_[k] = work; }
   void skip() { ++finished_; }
   void update(std::size_t k, const std::string& name, double time, double done, double total) {
@@ -86,8 +87,8 @@ class Ledger {
     double d = 0, t = 0;
     for (std::size_t i = 0; i < done_.size(); ++i) d += done_[i], t += total_[i];
     if (d < t)
-      line_.update(fmt::format("{} of {}: {} at {:.3f} s;", finished_ + 1, done_.size(), name, time), 1e-6 * d,
-                   1e-6 * t, since(begin_), "M grain steps");
+      line_.update(fmt::format("{}{} of {}: {} at {:.3f} s;", head_, finished_ + 1, done_.size(), name, time), 1e-6 * d,
+                   1e-6 * t * (1 + then_), since(begin_), "M grain steps");
   }
   void finish(std::size_t k) {
     const std::lock_guard lock(mutex_);
@@ -97,6 +98,8 @@ class Ledger {
 
  private:
   ProgressLine line_;
+  std::string head_;
+  double then_;
   std::mutex mutex_;
   std::vector<double> done_, total_, start_;
   std::size_t finished_ = 0;
@@ -114,6 +117,8 @@ double expected_work(const SoilCase& c) {
     return grains(t->base_x * t->base_y * t->height) * t->duration / c.soil.dt;
   if (const auto* t = std::get_if<dem::OedometerSettings>(&c.test))
     return grains(t->side * t->side * t->height) * t->hold * static_cast<double>(t->pressures.size()) / c.soil.dt;
+  if (const auto* t = std::get_if<dem::TriaxialSettings>(&c.test))
+    return grains(t->side * t->side * t->height) * (t->strain / t->strain_rate + t->rest) / c.soil.dt;
   const auto& t = std::get<dem::SinkageSettings>(c.test);
   return grains(t.bin_x * t.bin_y * t.depth) * ((t.sinkage + 0.005) / t.rate + 0.3) / c.soil.dt;
 }
@@ -154,7 +159,8 @@ SoilCaseResult run_case(const SoilJob& job, std::size_t k, const SoilRunOptions&
   write_whole_file(meta, meta_of(c, *test, bed, since(begin)));
   fs::remove(checkpoint);
   ledger.finish(k);
-  return {&c, true, "", test->table()};
+  // As stored: the same whether it was computed now or before.
+  return {&c, true, "", read_curve(csv)};
 }
 
 }  // namespace
@@ -163,7 +169,7 @@ std::vector<SoilCaseResult> run_soil_cases(const std::vector<SoilJob>& jobs, con
                                            const std::function<void(const std::vector<SoilCaseResult>&)>& finished) {
   std::vector<SoilCaseResult> results(jobs.size());
   std::vector<Diagnostic> other;
-  Ledger ledger(jobs.size(), o.quiet);
+  Ledger ledger(jobs.size(), o);
   std::vector<std::size_t> missing;
   for (std::size_t k = 0; k < jobs.size(); ++k) {
     const SoilCase& c = *jobs[k].spec;
@@ -183,7 +189,7 @@ std::vector<SoilCaseResult> run_soil_cases(const std::vector<SoilJob>& jobs, con
     ledger.expect(k, expected_work(c));
   }
   if (!other.empty()) throw ConfigError(other);
-  if (missing.size() < jobs.size() && !o.quiet)
+  if (missing.size() < jobs.size() && !o.quiet && o.head.empty())
     fmt::print(stderr, "{} of {} cases are finished already\n", jobs.size() - missing.size(), jobs.size());
   std::mutex one;
   parallel_for(static_cast<int>(missing.size()), o.threads, [&](int i) {

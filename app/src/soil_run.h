@@ -19,6 +19,8 @@ struct SoilRunOptions {
   int threads = 1;               ///< cases at the same time
   double checkpoint_every = 30;  ///< [s] of the clock
   bool quiet = false, overwrite = false;
+  std::string head;  ///< of the line of progress
+  double then = 0;   ///< work that follows, as a multiple of these cases: counts in the time left
 };
 
 struct SoilCaseResult {

@@ -63,6 +63,14 @@ void Bodies<R>::renumber(const std::vector<std::uint32_t>& moved_to, std::size_t
 }
 
 template <class R>
+void Bodies<R>::forget(const std::vector<std::uint8_t>& marked) {
+  for (Part& p : parts_)
+    for (WallBlock<R>& b : p.blocks)
+      for (std::size_t l = 0; l < kBlock; ++l)
+        if (b.i[l] / kUnit < marked.size() && marked[b.i[l] / kUnit]) b.delta[l] = -1;
+}
+
+template <class R>
 Vec3 Bodies<R>::local(const Space<R>& space, const Grain<R>& g, const Body& b) const {
   Vec3 d = space.position(g) - b.X.p;
   for (int k = 0; k < 3; ++k)

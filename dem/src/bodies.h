@@ -58,6 +58,8 @@ class Bodies {
     std::vector<Known>().swap(known_);
     std::vector<Part>().swap(before_);
   }
+  /// Contacts of these grains (marked by place) begin anew at the next sort.
+  void forget(const std::vector<std::uint8_t>& marked);
   std::size_t bytes() const;
   template <class F>
   void each_array(std::size_t chunks, F&& f) {

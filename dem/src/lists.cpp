@@ -120,7 +120,12 @@ bool Lists<R>::rebuild(Team& team, int t, const Space<R>& space, Array<Grain<R>>
   const auto count_cells = [&] {
     if (outside_ != kNone) {
       const auto g = static_cast<std::size_t>(std::find(ids.begin(), ids.end(), outside_.load()) - ids.begin());
-      const Vec3 x = space.position(grains[g]);
+      Vec3 x = space.position(grains[g]);
+      // Beyond the upper end numbers go on from the lowest one.
+      for (int k = 0; k < 3; ++k) {
+        const double lo = space.domain().lo[k], length = space.domain().hi[k] - lo;
+        if (!space.domain().periodic[static_cast<std::size_t>(k)] && x[k] < lo - 0.5 * length) x[k] += 2 * length;
+      }
       char text[200];
       std::snprintf(text, sizeof text, "grain %u left the domain: it is at (%.4g, %.4g, %.4g) m", outside_.load(), x[0],
                     x[1], x[2]);
@@ -296,6 +301,16 @@ void Lists<R>::carry(std::size_t old_chunk) {
         break;
       }
     }
+}
+
+template <class R>
+void Lists<R>::forget(const std::vector<std::uint8_t>& marked) {
+  for (std::size_t c = 0; c < chunks_.size(); ++c) {
+    Part& p = parts_[c];
+    for (std::size_t g = 0; g + 1 < p.start.size(); ++g)
+      for (std::uint32_t e = p.start[g]; e < p.start[g + 1]; ++e)
+        if (marked[chunks_[c].first + g] || marked[p.partner[e]]) p.slot[e] = kNone;
+  }
 }
 
 template <class R>

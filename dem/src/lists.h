@@ -67,6 +67,9 @@ class Lists {
   /// After every step: which lists have to be renewed. True when grains have to be sorted again.
   bool find_due(const Space<R>& space, const Array<Grain<R>>& grains, double surfaces_travelled);
 
+  /// Contacts of these grains (marked by place) begin anew at the next sort.
+  void forget(const std::vector<std::uint8_t>& marked);
+
   struct Overlap {
     std::uint32_t a = 0, b = 0;   ///< numbers as given
     double depth = 0, share = 0;  ///< [m], over the smaller radius

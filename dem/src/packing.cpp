@@ -115,6 +115,11 @@ void Settling::traverse(State& s) {
   s.field("speed", last_);
 }
 
+void set_step(SoilSettings& soil) {
+  if (soil.dt_share > 0)
+    soil.dt = soil.dt_share * rayleigh_time(soil.materials.materials[0], soil.smallest / 2, soil.density);
+}
+
 SolverSettings solver_settings(const SoilSettings& soil) {
   SolverSettings s;
   s.materials = soil.materials;

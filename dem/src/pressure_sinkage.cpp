@@ -51,11 +51,22 @@ class PressureSinkage final : public SoilTest {
   double above() const { return top_ - surface_; }
   double travel() const { return test_.sinkage + std::max(0.0, above()); }
   void begin() {
-    for (const GrainState& g : solver_->grains()) {
+    const std::vector<GrainState> grains = solver_->grains();
+    for (const GrainState& g : grains) {
       const bool under = std::fabs(g.x[0] - test_.bin_x / 2) < test_.plate_x / 2 &&
                          std::fabs(g.x[1] - test_.bin_y / 2) < test_.plate_y / 2;
       if (under) top_ = std::max(top_, g.x[2] + g.radius);
     }
+    // A higher grain beside the edge may reach in; a little is allowed at the start.
+    double least = top_;
+    for (const GrainState& g : grains) {
+      const double x = std::max(0.0, std::fabs(g.x[0] - test_.bin_x / 2) - test_.plate_x / 2),
+                   y = std::max(0.0, std::fabs(g.x[1] - test_.bin_y / 2) - test_.plate_y / 2),
+                   z = std::max(0.0, top_ - g.x[2]), beside = std::hypot(x, y);
+      if (std::hypot(beside, z) < 0.75 * g.radius)
+        least = std::max(least, g.x[2] + std::sqrt(g.radius * g.radius - beside * beside));
+    }
+    top_ = least;
     add_plate();
   }
   void add_plate() {

@@ -131,7 +131,16 @@ void read_law(const ConfigNode& node, LawSettings& law) {
 
 void read_solver(const ConfigNode& node, SoilSettings& soil) {
   if (!node.present()) return;
-  soil.dt = node.quantity_or("time_step", soil.dt, "s", Range::positive());
+  const ConfigNode step = node.node("time_step");
+  if (step.present() && step.is_scalar() && step.as_text() == "auto") {
+    if (soil.law.model != ContactModel::hertz_ch4)
+      node.error_at("time_step", "'auto' is known for hertz-ch4 only; give the step in seconds");
+    soil.dt_share = node.quantity_or("step_share", kStepShare, "1", {0, 0.5, true, false});
+  } else {
+    if (node.has("time_step")) soil.dt_share = 0;
+    soil.dt = node.quantity_or("time_step", soil.dt, "s", Range::positive());
+    if (node.has("step_share")) node.error_at("step_share", "goes with 'time_step: auto' only");
+  }
   Reader(node, true).one_of("precision", soil.precision, precisions, true);
   node.finish();
 }

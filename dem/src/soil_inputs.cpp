@@ -111,6 +111,21 @@ std::string inputs_text(const OedometerSettings& s) {
   return t;
 }
 
+std::string inputs_text(const TriaxialSettings& s) {
+  std::string t;
+  put_line(t, "test", "triaxial");
+  put_line(t, "side_m", s.side);
+  put_line(t, "height_m", s.height);
+  put_line(t, "pressure_Pa", s.pressure);
+  put_line(t, "strain_rate_1_s", s.strain_rate);
+  put_line(t, "strain", s.strain);
+  put_line(t, "wall_speed_m_s", s.wall_speed);
+  put_line(t, "rest_s", s.rest);
+  put_line(t, "rest_speed_m_s", s.rest_speed);
+  put_line(t, "samples", s.samples);
+  return t;
+}
+
 std::string inputs_text(const SinkageSettings& s) {
   std::string t;
   put_line(t, "test", "pressure-sinkage");

@@ -25,6 +25,7 @@ struct Solver::Impl {
   virtual double stable_step() const = 0;
   virtual Ledger ledger() const = 0;
   virtual Counters counters() const = 0;
+  virtual void replace(const std::vector<std::size_t>&, const std::vector<GrainState>&) = 0;
   virtual void traverse(State&) = 0;
   SolverSettings set;
   double time = 0;
@@ -34,6 +35,7 @@ struct Solver::Impl {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
+constexpr long kAdaptEvery = 64;  ///< steps
 
 [[noreturn]] void refuse(const char* format, auto... a) {
   char text[300];
@@ -61,6 +63,7 @@ class Engine final : public Solver::Impl {
     grains_.resize(input.size());
     for (std::size_t k = 0; k < input.size(); ++k) put(input[k], grains_[k]);
     for (std::size_t k = 0; k < input.size(); ++k) {
+      largest_ = std::max(largest_, input[k].radius);
       ids_.push_back(static_cast<std::uint32_t>(k));
       material_.push_back(static_cast<std::uint8_t>(input[k].material));
       size_.push_back({input[k].radius, input[k].density});
@@ -203,8 +206,34 @@ class Engine final : public Solver::Impl {
     return c;
   }
 
+  void replace(const std::vector<std::size_t>& numbers, const std::vector<GrainState>& states) override {
+    std::vector<std::uint32_t> place(ids_.size());
+    for (std::size_t k = 0; k < ids_.size(); ++k) place[ids_[k]] = static_cast<std::uint32_t>(k);
+    std::vector<std::uint8_t> marked(ids_.size(), 0);
+    for (std::size_t k = 0; k < numbers.size(); ++k) {
+      const std::size_t n = numbers[k];
+      if (n >= ids_.size()) refuse("replace: grain %zu; there are %zu", n, ids_.size());
+      if (marked[place[n]]) refuse("replace: grain %zu is named twice", n);
+      if (states[k].radius > largest_)
+        refuse("replace: grain %zu: radius %g m is beyond the largest at the start, %g m", n, states[k].radius,
+               largest_);
+      marked[place[n]] = 1;
+      put(states[k], grains_[place[n]]);
+      size_[n] = {states[k].radius, states[k].density};
+      material_[n] = static_cast<std::uint8_t>(states[k].material);
+    }
+    lists_.forget(marked);
+    walls_.forget(marked);
+    sort_due_ = true;
+  }
+
   void traverse(State& s) override {
     s.field("time", time);
+    if (set.adapt > 0) s.field("dt", set.dt);
+    if (set.exchange) {
+      raw(s, "sizes", size_);
+      raw(s, "materials", material_);
+    }
     s.field("stiffest", stiffest_);
     s.field("sort_due", sort_due_);
     s.field("surfaces_travelled", walls_.travelled);
@@ -399,13 +428,29 @@ class Engine final : public Solver::Impl {
     if (stiffness * set.dt * set.dt > kStable * kStable)
       refuse("at t = %.6g s the step %.3g s is too large for the stiffness of the contacts; at most %.3g s", time,
              set.dt, kStable / std::sqrt(stiffness));
-    if (speed > 0) refuse("velocities are no longer finite at t = %.6g s: the step %.3g s is too large", time, set.dt);
+    if (speed > 0)
+      refuse(
+          "velocities are no longer finite at t = %.6g s: the step %.3g s is too large, or a grain was shot out of the "
+          "domain",
+          time, set.dt);
     walls_.finish(set.dt, set.gravity, counters_.steps > 0);
     if (set.ledger) count_energies();
     walls_.forget_past();
     sort_due_ = lists_.find_due(space_, grains_, walls_.travelled);
     time += set.dt;
     ++counters_.steps;
+    if (set.adapt > 0) follow_stiffness(stiffness);
+  }
+
+  /// Down as far as it must, up by a quarter at most.
+  void follow_stiffness(double stiffness) {
+    const bool near = stiffness * set.dt * set.dt > 0.8 * 0.8 * kStable * kStable;
+    if (!near && counters_.steps % static_cast<std::uint64_t>(kAdaptEvery) != 0) return;
+    const double aim = std::min(set.dt_largest, set.adapt * stable_step());
+    if (aim < set.dt)
+      set.dt = aim;
+    else if (aim > 1.1 * set.dt)
+      set.dt = std::min(aim, 1.25 * set.dt);
   }
 
   void count_energies() {
@@ -470,29 +515,40 @@ class Engine final : public Solver::Impl {
   std::uint64_t renewed_ = 0;    ///< lists of chunks
   bool sort_due_ = false;
   double stiffest_ = 0;
+  double largest_ = 0;  ///< radius at the start
 };
+
+void check_grain(const SolverSettings& s, std::size_t k, const GrainState& g) {
+  if (!g.x.allFinite() || !g.v.allFinite() || !g.w.allFinite())
+    refuse("grain %zu: position, velocity or spin is not a number", k);
+  if (!(g.radius > 0) || !std::isfinite(g.radius)) refuse("grain %zu: radius %g m must be positive", k, g.radius);
+  if (!(g.density > 0) || !std::isfinite(g.density))
+    refuse("grain %zu: density %g kg/m3 must be positive", k, g.density);
+  if (g.material < 0 || g.material >= static_cast<int>(s.materials.materials.size()))
+    refuse("grain %zu: material %d; there are %zu", k, g.material, s.materials.materials.size());
+  for (int a = 0; a < 3; ++a)
+    if (!s.domain.periodic[static_cast<std::size_t>(a)] && !(g.x[a] >= s.domain.lo[a] && g.x[a] < s.domain.hi[a]))
+      refuse("grain %zu: %c = %g m is outside the domain, %g to %g m", k, "xyz"[a], g.x[a], s.domain.lo[a],
+             s.domain.hi[a]);
+}
 
 void check(const SolverSettings& s, const std::vector<GrainState>& grains) {
   if (grains.empty()) refuse("no grain");
   if (!(s.dt > 0) || !std::isfinite(s.dt)) refuse("time step %g s must be positive", s.dt);
   if (!(s.skin >= 2e-4)) refuse("skin %g m is too small; at least 0.2 mm", s.skin);
-  for (std::size_t k = 0; k < grains.size(); ++k) {
-    const GrainState& g = grains[k];
-    if (!g.x.allFinite() || !g.v.allFinite() || !g.w.allFinite())
-      refuse("grain %zu: position, velocity or spin is not a number", k);
-    if (!(g.radius > 0) || !std::isfinite(g.radius)) refuse("grain %zu: radius %g m must be positive", k, g.radius);
-    if (!(g.density > 0) || !std::isfinite(g.density))
-      refuse("grain %zu: density %g kg/m3 must be positive", k, g.density);
-    if (g.material < 0 || g.material >= static_cast<int>(s.materials.materials.size()))
-      refuse("grain %zu: material %d; there are %zu", k, g.material, s.materials.materials.size());
-    for (int a = 0; a < 3; ++a)
-      if (!s.domain.periodic[static_cast<std::size_t>(a)] && !(g.x[a] >= s.domain.lo[a] && g.x[a] < s.domain.hi[a]))
-        refuse("grain %zu: %c = %g m is outside the domain, %g to %g m", k, "xyz"[a], g.x[a], s.domain.lo[a],
-               s.domain.hi[a]);
-  }
+  if (s.adapt != 0 && !(s.adapt > 0 && s.adapt <= 0.8))
+    refuse("an adaptive step follows %g of the stable one; above 0 and at most 0.8 is allowed", s.adapt);
+  if (s.adapt > 0 && !(s.dt_largest >= s.dt))
+    refuse("the largest step %g s is less than the first, %g s", s.dt_largest, s.dt);
+  for (std::size_t k = 0; k < grains.size(); ++k) check_grain(s, k, grains[k]);
 }
 
 }  // namespace
+
+double rayleigh_time(const Material& m, double radius, double density) {
+  const double shear = m.young / (2 * (1 + m.poisson));
+  return kPi * radius * std::sqrt(density / shear) / (0.1631 * m.poisson + 0.8766);
+}
 
 Solver::Solver(const SolverSettings& s, const std::vector<GrainState>& grains) {
   check(s, grains);
@@ -550,7 +606,22 @@ Twist Solver::twist(int body) const { return impl_->body(body).V; }
 SurfaceReport Solver::body(int body) const { return impl_->body(body).report; }
 SurfaceReport Solver::surface(int surface) const { return impl_->surface(surface).report; }
 void Solver::step(long n) { impl_->step(n); }
-void Solver::step_for(double seconds) { impl_->step(std::lround(seconds / impl_->set.dt)); }
+void Solver::step_for(double seconds) {
+  if (impl_->set.adapt == 0) return impl_->step(std::lround(seconds / impl_->set.dt));
+  const double end = impl_->time + seconds;
+  // Pieces in which the step rarely changes.
+  for (long n = 1; n > 0;) {
+    n = std::min(std::lround((end - impl_->time) / impl_->set.dt), kAdaptEvery);
+    impl_->step(n);
+  }
+}
+void Solver::replace(const std::vector<std::size_t>& numbers, const std::vector<GrainState>& grains) {
+  if (!impl_->set.exchange) refuse("grains may be replaced with settings.exchange only");
+  if (impl_->set.ledger) refuse("replaced grains are not in the energy ledger");
+  if (numbers.size() != grains.size()) refuse("replace: %zu numbers and %zu grains", numbers.size(), grains.size());
+  for (std::size_t k = 0; k < grains.size(); ++k) check_grain(impl_->set, numbers[k], grains[k]);
+  impl_->replace(numbers, grains);
+}
 double Solver::time() const { return impl_->time; }
 std::vector<GrainState> Solver::grains() const { return impl_->grains(); }
 double Solver::kinetic_energy() const { return impl_->kinetic_energy(); }
@@ -558,6 +629,7 @@ Ledger Solver::ledger() const { return impl_->ledger(); }
 Vec3 Solver::momentum() const { return impl_->momentum(); }
 double Solver::stable_step() const { return impl_->stable_step(); }
 void Solver::set_dt(double dt) { impl_->set.dt = dt; }
+double Solver::time_step() const { return impl_->set.dt; }
 void Solver::set_drag(double d) { impl_->set.drag = d; }
 Counters Solver::counters() const { return impl_->counters(); }
 const char* Solver::isa() const { return impl_->kernel->name; }

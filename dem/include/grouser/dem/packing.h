@@ -18,9 +18,14 @@ struct SoilSettings {
   double density = 3100;                      ///< of grains while pouring [kg/m3]
   double bulk_density = 1600;                 ///< aimed at by scaling the density of the grains [kg/m3]; 0: as poured
   double dt = 8e-6;
+  double dt_share = 0;  ///< of the Rayleigh time of the smallest grain, that set_step() makes dt from; 0: dt stays
   Precision precision = Precision::single;
   unsigned seed = 1;  ///< packing
 };
+/// 8e-6 s with Table 4.2.
+inline constexpr double kStepShare = 0.17;
+/// dt = dt_share T_R of the smallest grain at its density while pouring, where dt_share > 0. Called after the last change.
+void set_step(SoilSettings& soil);
 /// Every input of a soil as text, one "name value" per line with all digits: what results and beds are known by.
 std::string inputs_text(const SoilSettings& soil);
 /// 16 hexadecimal digits of a text (64-bit FNV-1a).

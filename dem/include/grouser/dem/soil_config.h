@@ -21,7 +21,8 @@ SoilSettings read_soil(const ConfigNode& node, const SoilSettings* base = nullpt
 /// law: {model, rolling: constant | rate | rate_without_spin, cap, tangential_stiffness, damping}: each optional.
 void read_law(const ConfigNode& node, LawSettings& law);
 
-/// solver: {time_step: 8 us, precision: single | double}: both optional.
+/// solver: {time_step: 8 us | auto, step_share: 0.17, precision: single | double}: each optional. auto: step_share of the Rayleigh
+/// time of the smallest grain (set_step() makes it from the final parameters), 8 us with Table 4.2.
 void read_solver(const ConfigNode& node, SoilSettings& soil);
 
 }  // namespace grouser::dem

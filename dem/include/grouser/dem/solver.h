@@ -33,6 +33,10 @@ struct GrainState {
   bool frozen = false;
 };
 
+/// Time in which a wave on the surface of a sphere of radius r goes half round it, a measure for steps [s]:
+/// T_R = pi r sqrt(rho/G)/(0.1631 nu + 0.8766), G = Y/(2 (1 + nu)).
+double rayleigh_time(const Material& m, double radius, double density);
+
 /// Box of the grains. Periodic axes wrap; on the others a grain that leaves stops the run.
 struct Domain {
   Vec3 lo = Vec3::Zero(), hi = Vec3::Ones();
@@ -55,7 +59,12 @@ struct SolverSettings {
   Precision precision = Precision::single;
   int threads = 1;
   bool ledger = false;  ///< keep the energy ledger: about twice the time
-  std::string isa;      ///< "avx512", "avx2", "base"; empty: the best this machine has
+  /// Share of stable_step() that the step follows, in (0, 0.8]; 0: dt is fixed. Looked at every 64 steps, and at once where the
+  /// step has come near its limit; it grows by a quarter at most at a time, up to dt_largest. dt is where it begins.
+  double adapt = 0;
+  double dt_largest = 0;  ///< [s], with adapt
+  bool exchange = false;  ///< allow replace(); sizes become part of the state
+  std::string isa;        ///< "avx512", "avx2", "base"; empty: the best this machine has
 };
 
 /// Energies [J] at the positions of the last forces: springs and motion as they are then, the rest since the first step
@@ -117,7 +126,7 @@ class Solver {
 
   /// @throws DemError: unstable step, a grain left the domain, velocities that are not finite.
   void step(long n);
-  /// As many whole steps as fit the time best.
+  /// As many whole steps as fit the time best; with an adaptive step until less than half a step is left.
   void step_for(double seconds);
   double time() const;
   std::vector<GrainState> grains() const;  ///< in the order they were given; velocities half a step behind
@@ -128,7 +137,13 @@ class Solver {
   /// Largest stable step by the stiffness met since the last list, see README "Time step".
   double stable_step() const;
   void set_dt(double dt);
+  double time_step() const;  ///< of the next step [s]
   void set_drag(double per_second);
+  /// Gives grains (by number) other places, sizes, velocities, materials, or freezes or frees them; their contacts begin anew. What
+  /// else they touch there is not looked at before the next step.
+  /// @throws DemError: settings.exchange is off, the ledger is on, a number twice or too large, a radius beyond the largest at the
+  /// start, what the constructor refuses in a grain.
+  void replace(const std::vector<std::size_t>& numbers, const std::vector<GrainState>& grains);
   Counters counters() const;
   const char* isa() const;
   std::uint64_t hash() const;  ///< of all state

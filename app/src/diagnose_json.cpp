@@ -1,0 +1,85 @@
+#include "diagnose_json.h"
+
+#include <cmath>
+
+namespace grouser::app {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+using namespace diagnosis;
+
+Json number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
+Json text(const std::string& s) { return s.empty() ? Json(nullptr) : Json(s); }
+
+Json by_channel(const std::array<double, channel_count>& values) {
+  Json out = Json::object();
+  for (std::size_t c = 0; c < channel_count; ++c)
+    if (std::isfinite(values[c])) out[channel_names()[c].column] = values[c];
+  return out;
+}
+
+Json interval(const Interval& i) {
+  return {
+      {"value", number(i.value)}, {"sd", number(i.sd)}, {"ci90", {number(i.low), number(i.high)}}, {"unit", i.unit}};
+}
+
+Json model(const FittedModel& m) {
+  Json parameters = Json::object();
+  for (const auto& [name, v] : m.parameters)
+    parameters[name] = {
+        {"value", number(v.value)}, {"sd", number(v.sd)}, {"prior_z", number(v.prior_z)}, {"unit", v.unit}};
+  return {{"rmse", by_channel(m.rmse)}, {"chi2", number(m.chi2)}, {"dof", m.dof}, {"parameters", parameters}};
+}
+
+}  // namespace
+
+Json diagnosis_json(const Diagnosis& d) {
+  Json j;
+  j["verdict"] = d.verdict;
+  j["cause"] = text(d.cause);
+  j["class"] = d.members;
+  j["sentence"] = d.sentence;
+  j["posterior"] = d.posterior;
+  j["parameters"] = Json::object();
+  for (const auto& [id, i] : d.parameters) j["parameters"][id] = interval(i);
+  j["unknown"] = {
+      {"variable", text(d.unknown_variable)}, {"acts_through", text(d.unknown_through)}, {"curve", d.unknown_curve}};
+  j["nominal"] = model(d.nominal);
+  j["extended"] = model(d.extended);
+  if (d.gain)
+    j["gain"] = {{"withheld", d.gain->withheld},
+                 {"runs", d.gain->runs},
+                 {"rmse_ratio", d.gain->rmse_ratio},
+                 {"ci95", {d.gain->low, d.gain->high}},
+                 {"nominal_rmse", by_channel(d.gain->nominal_rmse)},
+                 {"extended_rmse", by_channel(d.gain->extended_rmse)}};
+  else
+    j["gain"] = nullptr;
+  j["next_experiment"] = Json::array();
+  for (const NextExperiment& e : d.next) {
+    Json x{{"condition", e.condition}, {"decides", e.decides}, {"chance", e.chance}};
+    if (e.runs > 0) x["runs"] = e.runs;
+    if (!e.bench_check.empty()) x["bench_check"] = e.bench_check;
+    j["next_experiment"].push_back(x);
+  }
+  j["suspect_rows"] = d.suspect_lines;
+  j["noise"] = {{"sensor_scale", by_channel(d.noise_scale)},
+                {"scatter_ln_k", d.scatter_ln_k},
+                {"scatter_phi_rad", d.scatter_phi}};
+  j["ranking"] = Json::array();
+  for (const Ranked& r : d.ranking) {
+    Json x{{"id", r.id},
+           {"log_likelihood_gain", r.log_likelihood},
+           {"log_evidence", r.log_evidence},
+           {"posterior", r.posterior},
+           {"refitted", r.refitted}};
+    for (const Interval& i : r.amplitudes) x["amplitudes"].push_back(interval(i));
+    j["ranking"].push_back(x);
+  }
+  j["notes"] = d.notes;
+  j["timing"] = {{"rank_s", d.rank_seconds}, {"total_s", d.total_seconds}};
+  return j;
+}
+
+}  // namespace grouser::app

@@ -1,0 +1,87 @@
+#pragma once
+// From measured runs to the cause of the misfit: what `grouser diagnose` does.
+#include <array>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "grouser/diagnosis/runs.h"
+
+namespace grouser::diagnosis {
+
+struct Interval {
+  double value = 0, sd = 0, low = 0, high = 0;  ///< 90 %, in `unit`
+  std::string unit;
+  bool at_bound = false;
+};
+
+/// A candidate as the ranking shows it.
+struct Ranked {
+  std::string id;             ///< effect, "a+b" or "n drifts with slip"
+  double log_likelihood = 0;  ///< gain over the refitted nominal model, natural logarithm
+  double log_evidence = 0;    ///< the same after the price of its freedom
+  double posterior = 0;
+  double cross_validation = 0;  ///< gain in chi2 on blocks left out; NaN = not computed
+  bool refitted = false;        ///< by the full model; otherwise from one Jacobian
+  std::vector<Interval> amplitudes;
+};
+
+struct FittedValue {
+  double value = 0, sd = 0, prior_z = 0;
+  std::string unit;
+};
+
+/// One model on the data.
+struct FittedModel {
+  std::array<double, channel_count> rmse{};
+  double chi2 = 0, dof = 0;
+  std::map<std::string, FittedValue> parameters;
+  std::vector<std::array<double, channel_count>> predicted;  ///< of each run
+};
+
+struct NextExperiment {
+  std::map<std::string, double> condition;  ///< load_N, slip, omega_rad_s, pass
+  std::string bench_check;                  ///< or this, without soil
+  std::vector<std::string> decides;
+  double chance = 0;
+  int runs = 0;
+};
+
+struct Gain {
+  std::vector<std::string> withheld;
+  double rmse_ratio = 1, low = 1, high = 1;  ///< extended over nominal on the withheld runs; 95 %
+  std::array<double, channel_count> nominal_rmse{}, extended_rmse{};
+  int runs = 0;
+};
+
+struct Diagnosis {
+  std::string verdict;  ///< adequate | parameter | named | class | unknown | undecidable
+  std::string cause;
+  std::vector<std::string> members;
+  std::map<std::string, double> posterior;  ///< includes none and unknown
+  std::map<std::string, Interval> parameters;
+  std::string unknown_variable, unknown_through;
+  std::vector<std::array<double, 2>> unknown_curve;  ///< variable, change of the parameter
+  FittedModel nominal, extended;
+  std::optional<Gain> gain;
+  std::vector<NextExperiment> next;
+  std::vector<int> suspect_lines;
+  std::vector<Ranked> ranking;
+  std::array<double, channel_count> noise_scale{};
+  double scatter_ln_k = 0, scatter_phi = 0;
+  std::vector<std::string> notes;
+  std::string sentence;  ///< for a person
+  std::vector<Run> runs;
+  double rank_seconds = 0, total_seconds = 0;  ///< processor time of one core
+};
+
+/// `withhold`: texts "load_N=225" or "slip=0.3..0.7": runs that are not fitted and on which the gain is measured.
+/// Deterministic. @throws ConfigError for the options and for data that no parameter set of the model can follow.
+Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vector<std::string>& withhold);
+
+/// extended.yaml: the case with the values found; amplitudes of the model under `model_effects`, of the rig under `measurement`.
+std::string extended_case_text(const Diagnosis& d, const DiagnosisCase& c);
+
+}  // namespace grouser::diagnosis

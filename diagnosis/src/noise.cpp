@@ -1,0 +1,181 @@
+#include "noise.h"
+
+#include <nlopt.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numeric>
+
+namespace grouser::diagnosis {
+namespace {
+
+constexpr double bad_share = 0.01, bad_factor = 100;  // of the variance
+constexpr double scale_sd = 0.3, omega_k_sd = 0.1, omega_phi_sd = 0.03;
+
+Eigen::MatrixXd covariance(const DataLayout& l, const DataLayout::Group& g, const Noise& noise,
+                           const Eigen::MatrixXd& J) {
+  const Eigen::Index m = g.count;
+  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(m, m);
+  for (std::size_t k = 0; k < scattered.size(); ++k) {
+    const auto j = J.col(static_cast<Eigen::Index>(k)).segment(g.first, m);
+    if (noise.omega[k] > 0) C.noalias() += noise.omega[k] * noise.omega[k] * j * j.transpose();
+  }
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const DataLayout::Item& item = l[g.first + static_cast<int>(i)];
+    const double s = noise.scale[static_cast<std::size_t>(item.channel)] * item.sd;
+    const double w = noise.weight.empty() ? 1 : noise.weight[static_cast<std::size_t>(item.run)];
+    C(i, i) += s * s / w;
+  }
+  return C;
+}
+
+}  // namespace
+
+DataLayout::DataLayout(const std::vector<Run>& runs, const std::vector<std::array<double, channel_count>>& sd)
+    : runs_(static_cast<int>(runs.size())) {
+  std::vector<int> order(runs.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return runs[static_cast<std::size_t>(a)].batch < runs[static_cast<std::size_t>(b)].batch;
+  });
+  int last = -1;
+  for (const int r : order) {
+    const Run& run = runs[static_cast<std::size_t>(r)];
+    for (int c = 0; c < channel_count; ++c) {
+      if (!std::isfinite(run.value[static_cast<std::size_t>(c)])) continue;
+      if (groups_.empty() || run.batch != last) groups_.push_back({size(), 0});
+      last = run.batch;
+      ++groups_.back().count;
+      items_.push_back({r, c, sd[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)]});
+    }
+  }
+}
+
+Whitener::Whitener(const DataLayout& layout, const Noise& noise, const Eigen::MatrixXd& J) : layout_(layout) {
+  for (const DataLayout::Group& g : layout.groups()) {
+    const Eigen::LLT<Eigen::MatrixXd> llt(covariance(layout, g, noise, J));
+    factor_.push_back(llt.matrixL());
+    log_determinant_ += 2 * factor_.back().diagonal().array().log().sum();
+  }
+}
+
+void Whitener::apply(Eigen::Ref<Eigen::MatrixXd> x) const {
+  for (std::size_t g = 0; g < factor_.size(); ++g) {
+    const DataLayout::Group& group = layout_.groups()[g];
+    auto block = x.middleRows(group.first, group.count);
+    factor_[g].triangularView<Eigen::Lower>().solveInPlace(block);
+  }
+}
+
+double noise_penalty(const Noise& noise, const std::array<bool, channel_count>& stated) {
+  double p = 0;
+  for (std::size_t c = 0; c < channel_count; ++c)
+    if (stated[c]) p += std::pow(std::log(noise.scale[c]) / scale_sd, 2);
+  return p + std::pow(noise.omega[0] / omega_k_sd, 2) + std::pow(noise.omega[1] / omega_phi_sd, 2);
+}
+
+Noise fit_noise(const DataLayout& layout, const Eigen::VectorXd& residual, const Eigen::MatrixXd& J, const Noise& start,
+                const std::array<bool, channel_count>& stated, bool scatter, int free_parameters) {
+  std::array<int, channel_count> counts{};
+  for (int i = 0; i < layout.size(); ++i) ++counts[static_cast<std::size_t>(layout[i].channel)];
+  // What the parameters took from the residuals.
+  const double N = layout.size(), share = std::sqrt(std::max(N - free_parameters, 1.0) / N);
+  const Eigen::VectorXd r = residual / share;
+  const auto value = [&](const std::vector<double>& x) {
+    Noise n = start;
+    for (std::size_t c = 0; c < channel_count; ++c) n.scale[c] = std::exp(x[c]);
+    n.omega = {x[3], x[4]};
+    const Whitener w(layout, n, J);
+    Eigen::MatrixXd u = r;
+    w.apply(u);
+    return w.log_determinant() + u.squaredNorm() + noise_penalty(n, stated);
+  };
+  std::vector<double> x(5), lower(5), upper(5), step(5);
+  for (std::size_t c = 0; c < channel_count; ++c) {
+    x[c] = std::log(start.scale[c]);
+    // Not stated: from a fifth of 3 % of the range, or a few points would be followed exactly, to the range itself.
+    lower[c] = counts[c] == 0 ? x[c] : -1.6, upper[c] = counts[c] == 0 ? x[c] : stated[c] ? 1.6 : 3.5;
+    x[c] = std::clamp(x[c], lower[c], upper[c]);
+    step[c] = 0.2;
+  }
+  const double top[2] = {scatter ? 0.4 : 0, scatter ? 0.12 : 0};
+  for (std::size_t k = 0; k < 2; ++k) {
+    lower[3 + k] = 0, upper[3 + k] = top[k];
+    x[3 + k] = scatter ? std::clamp(std::max(start.omega[k], 0.1 * top[k]), 0.0, top[k]) : 0;
+    step[3 + k] = scatter ? 0.1 * top[k] : 0.01;
+  }
+  std::vector<std::size_t> free;
+  for (std::size_t i = 0; i < 5; ++i)
+    if (upper[i] > lower[i]) free.push_back(i);
+  if (free.empty()) return start;
+  std::vector<double> y, lo, hi, st;
+  for (const std::size_t i : free)
+    y.push_back(x[i]), lo.push_back(lower[i]), hi.push_back(upper[i]), st.push_back(step[i]);
+  struct Bound {
+    const decltype(value)* f;
+    std::vector<double> x;
+    const std::vector<std::size_t>* free;
+  } bound{&value, x, &free};
+  const auto objective = [](unsigned n, const double* p, double*, void* data) {
+    auto& b = *static_cast<Bound*>(data);
+    for (std::size_t i = 0; i < n; ++i) b.x[(*b.free)[i]] = p[i];
+    return (*b.f)(b.x);
+  };
+  const std::unique_ptr<nlopt_opt_s, decltype(&nlopt_destroy)> o(
+      nlopt_create(free.size() > 1 ? NLOPT_LN_BOBYQA : NLOPT_LN_COBYLA, static_cast<unsigned>(free.size())),
+      nlopt_destroy);
+  nlopt_set_min_objective(o.get(), objective, &bound);
+  nlopt_set_lower_bounds(o.get(), lo.data());
+  nlopt_set_upper_bounds(o.get(), hi.data());
+  nlopt_set_initial_step(o.get(), st.data());
+  nlopt_set_ftol_abs(o.get(), 0.02);
+  nlopt_set_maxeval(o.get(), 150);
+  double best = 0;
+  nlopt_optimize(o.get(), y.data(), &best);  // also where it stops for rounding, y is the best found
+  for (std::size_t i = 0; i < free.size(); ++i) x[free[i]] = y[i];
+  Noise out = start;
+  for (std::size_t c = 0; c < channel_count; ++c) out.scale[c] = std::exp(x[c]);
+  out.omega = {x[3], x[4]};
+  return out;
+}
+
+double update_weights(const DataLayout& layout, const Eigen::VectorXd& residual, const Eigen::MatrixXd& J,
+                      Noise& noise) {
+  // Each run by itself: its own channels and the scatter of its preparation.
+  std::vector<std::vector<int>> of_run(static_cast<std::size_t>(layout.runs()));
+  for (int i = 0; i < layout.size(); ++i) of_run[static_cast<std::size_t>(layout[i].run)].push_back(i);
+  noise.weight.assign(of_run.size(), 1);
+  double added = 0;
+  for (std::size_t run = 0; run < of_run.size(); ++run) {
+    const auto m = static_cast<Eigen::Index>(of_run[run].size());
+    if (m == 0) continue;
+    Eigen::MatrixXd C = Eigen::MatrixXd::Zero(m, m);
+    Eigen::VectorXd r(m);
+    for (Eigen::Index a = 0; a < m; ++a) {
+      const int i = of_run[run][static_cast<std::size_t>(a)];
+      r[a] = residual[i];
+      const double s = noise.scale[static_cast<std::size_t>(layout[i].channel)] * layout[i].sd;
+      C(a, a) += s * s;
+      for (Eigen::Index b = 0; b < m; ++b)
+        for (std::size_t k = 0; k < 2; ++k)
+          C(a, b) += noise.omega[k] * noise.omega[k] * J(i, static_cast<Eigen::Index>(k)) *
+                     J(of_run[run][static_cast<std::size_t>(b)], static_cast<Eigen::Index>(k));
+    }
+    const double q = r.dot(C.llt().solve(r));
+    // p_good ~ exp(-q/2), p_bad ~ factor^(-m/2) exp(-q/(2 factor))
+    const double odds = bad_share / (1 - bad_share) *
+                        std::exp(-0.5 * static_cast<double>(m) * std::log(bad_factor) + 0.5 * q * (1 - 1 / bad_factor));
+    const double bad = std::isinf(odds) ? 1 : odds / (1 + odds);
+    noise.weight[run] = 1 - bad + bad / bad_factor;
+    // Between the mixture's and the weighted normal's -2 ln.
+    const double mixture =
+        std::isinf(odds) ? q / bad_factor + static_cast<double>(m) * std::log(bad_factor) - 2 * std::log(bad_share)
+                         : q - 2 * std::log1p(odds) - 2 * std::log(1 - bad_share);
+    added += mixture - (q * noise.weight[run] - static_cast<double>(m) * std::log(noise.weight[run]));
+  }
+  return added;
+}
+
+}  // namespace grouser::diagnosis

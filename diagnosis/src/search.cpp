@@ -1,0 +1,329 @@
+#include "search.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <cmath>
+#include <ctime>
+
+#include "grouser/terrain/config.h"
+
+namespace grouser::diagnosis {
+namespace {
+
+constexpr int full = 25, quick = 5;  // iterations
+constexpr std::size_t shortlist = 12, most_refits = 10;
+
+/// Sd of each value; where none is stated from the repeats, else from the range, to be scaled by fit_noise.
+std::vector<std::array<double, channel_count>> sd_of(const std::vector<Run>& runs) {
+  std::vector<std::array<double, channel_count>> out(runs.size());
+  for (std::size_t c = 0; c < channel_count; ++c) {
+    double low = INFINITY, high = -INFINITY;
+    for (const Run& r : runs)
+      if (std::isfinite(r.value[c])) low = std::min(low, r.value[c]), high = std::max(high, r.value[c]);
+    const double fallback = high > low ? 0.03 * (high - low) : 1;
+    for (std::size_t i = 0; i < runs.size(); ++i) out[i][c] = runs[i].sd[c] > 0 ? runs[i].sd[c] : fallback;
+  }
+  return out;
+}
+
+}  // namespace
+
+Search::Search(const DiagnosisCase& c, const RunTable& t, std::vector<Run> runs) : case_(c), stated_(t.stated_sd) {
+  sd_ = sd_of(runs);
+  for (const int e : visible_effects(c, t, runs)) all_.push_back(effect_candidate(e));
+  named_ = all_.size();
+  for (Candidate& d : drift_candidates(runs, t.has_order)) all_.push_back(std::move(d));
+  series_ = std::make_unique<Series>(case_, std::move(runs), sd_);
+  noise_.weight.assign(series_->runs().size(), 1);
+}
+
+void Search::set_whitener() { whitener_ = std::make_unique<Whitener>(series_->layout(), noise_, scatter_); }
+
+void Search::fit_nominal() {
+  const Candidate c = nominal_candidate();
+  const Eigen::VectorXd mean = series_->prior_mean();
+  const std::vector<double> cold(series_->runs().size(), 0.0);
+  scatter_ = Eigen::MatrixXd::Zero(series_->layout().size(), static_cast<Eigen::Index>(scattered.size()));
+  set_whitener();
+  // Prior means, then shifts of ln K (continuation from a softer onset of shear), n, phi and a1.
+  const auto shifted = [&](std::initializer_list<std::pair<int, double>> by) {
+    Eigen::VectorXd x = mean;
+    for (const auto& [which, step] : by)
+      for (int i = 0; i < series_->soil_parameters(); ++i)
+        if (series_->free_soil()[static_cast<std::size_t>(i)] == which) x[i] += step;
+    return x;
+  };
+  std::vector<Fit> found;
+  for (const Eigen::VectorXd& start : {mean, shifted({{4, 2.3}}), shifted({{4, 1.0}, {6, 0.2}}),
+                                       shifted({{1, 0.3}, {0, -0.4}}), shifted({{3, 0.07}, {5, 0.1}})}) {
+    Fit f = series_->fit(c, *whitener_, start, cold, found.empty() ? full : quick);
+    if (f.ok) found.push_back(std::move(f));
+  }
+  if (found.empty())
+    throw ConfigError(case_.file.string(), 0, 0,
+                      "the model carries the load of no run, or not of all of them, at the prior means of the soil; "
+                      "check units, width and "
+                      "reference_width");
+  const auto best = std::min_element(found.begin(), found.end(),
+                                     [](const Fit& a, const Fit& b) { return a.objective() < b.objective(); });
+  none_ = best == found.begin() ? *best : series_->fit(c, *whitener_, best->x, best->theta, full);
+}
+
+Fit Search::refit(const Candidate& c, const Eigen::VectorXd& guess, const Fit& base) const {
+  Fit f = series_->fit(c, *whitener_, guess, base.theta, full);
+  if (f.ok && f.objective() <= base.objective() + 1e-6) return f;
+  // From the base with a trace of the effect: descent can only improve on it.
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(guess.size());
+  x.head(std::min(base.x.size(), x.size())) = base.x.head(std::min(base.x.size(), x.size()));
+  Fit g = series_->fit(c, *whitener_, x, base.theta, full);
+  if (g.ok && (!f.ok || g.objective() < f.objective())) return g;
+  return f;
+}
+
+void Search::settle_noise() {
+  for (int pass = 0; pass < 2; ++pass) {
+    const ScoreTable scores(*series_, nominal_candidate(), none_, *whitener_, all_);
+    Candidate best = nominal_candidate();
+    Fit f = none_;
+    if (scores.ok()) {
+      double most = 0;
+      Eigen::VectorXd guess;
+      for (std::size_t i = 0; i < all_.size(); ++i) {
+        const ScoreTable::Score s = scores.of(i);
+        const double e = s.gain - price(all_[i], s.gain);
+        if (e <= most) continue;
+        most = e, best = all_[i];
+        guess = Eigen::VectorXd(none_.x.size() + s.amplitude.size());
+        guess << none_.x + scores.base_step({i}, s.amplitude), s.amplitude;
+      }
+      if (most > 0) {
+        Fit g = refit(best, guess, none_);
+        if (g.ok && g.objective() < none_.objective())
+          f = std::move(g);
+        else
+          best = nominal_candidate();
+      }
+    }
+    scatter_ = series_->scatter_slopes(best, f);
+    update_weights(series_->layout(), f.residual, scatter_, noise_);
+    noise_ = fit_noise(series_->layout(), f.residual, scatter_, noise_, stated_, series_->runs().size() >= 20,
+                       static_cast<int>(f.x.size()));
+    update_weights(series_->layout(), f.residual, scatter_, noise_);
+    set_whitener();
+    none_ = series_->fit(nominal_candidate(), *whitener_, none_.x, none_.theta, full);
+  }
+}
+
+double Search::price(const Candidate& c, double gain) const {
+  const double k = static_cast<double>(c.terms.size());
+  if (!c.named()) return k * std::log(15.0);
+  // Amplitude log-uniform over visible sizes of 1 to 60: independent of units, the same for every effect.
+  const double d = std::max(1.0, std::sqrt(2 * gain / k));
+  return k * std::log(d * std::log(60.0) / std::sqrt(2 * 3.14159265358979));
+}
+
+double Search::own_noise_gain() const {
+  // The nominal model with the noise that suits it best: what more noise could explain is no effect.
+  const Noise own = fit_noise(series_->layout(), none_.residual, scatter_, noise_, stated_,
+                              series_->runs().size() >= 20, static_cast<int>(none_.x.size()));
+  const Whitener w(series_->layout(), own, scatter_);
+  Fit f = none_;
+  series_->reweigh(f, w);
+  const double shared = none_.chi2 + whitener_->log_determinant() + noise_penalty(noise_, stated_);
+  const double best = f.chi2 + w.log_determinant() + noise_penalty(own, stated_);
+  return std::max(0.0, 0.5 * (shared - best));
+}
+
+void Search::rank() {
+  scores_ = std::make_unique<ScoreTable>(*series_, nominal_candidate(), none_, *whitener_, all_);
+  if (!scores_->ok()) return;
+  const auto add = [&](Candidate c, const std::vector<std::size_t>& of, const ScoreTable::Score& s, double share) {
+    Rival r;
+    r.candidate = std::move(c);
+    r.gain = s.gain;
+    r.evidence = s.gain - price(r.candidate, s.gain);
+    r.weight = std::log(share);
+    r.guess = Eigen::VectorXd(none_.x.size() + s.amplitude.size());
+    r.guess << none_.x + scores_->base_step(of, s.amplitude), s.amplitude;
+    rivals_.push_back(std::move(r));
+  };
+  const double n = static_cast<double>(named_), drifts = static_cast<double>(all_.size() - named_);
+  for (std::size_t i = 0; i < all_.size(); ++i)
+    add(all_[i], {i}, scores_->of(i), i < named_ ? share_named / n : share_drift / drifts);
+  for (std::size_t a = 0; a < named_; ++a)
+    for (std::size_t b = a + 1; b < named_; ++b)
+      add(pair_candidate(all_[a].effects[0], all_[b].effects[0]), {a, b}, scores_->of_pair(a, b),
+          2 * share_pair / (n * (n - 1)));
+
+  const auto do_refit = [&](Rival& r) {
+    r.fit = refit(r.candidate, r.guess, none_);
+    r.refitted = true;
+    r.gain = r.fit.ok ? std::max(0.0, 0.5 * (none_.objective() - r.fit.objective())) : 0;
+    r.evidence = r.gain - price(r.candidate, r.gain);
+  };
+  // Single effects: the best by score, and those whose slope at zero says little of their size.
+  std::vector<std::size_t> order(named_);
+  for (std::size_t i = 0; i < named_; ++i) order[i] = i;
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return rivals_[a].evidence > rivals_[b].evidence; });
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const std::string& id = rivals_[order[k]].candidate.id;
+    const bool radius = id == "wheel_radius_error", kinked = radius || id == "flexible_wheel" || id == "lugs";
+    if (k < shortlist || kinked) do_refit(rivals_[order[k]]);
+    if (!kinked || !rivals_[order[k]].fit.ok) continue;
+    for (const double side : {-1.0, 1.0}) {  // both sides of the step at slip 0
+      if (side < 0 && !radius) continue;
+      const double e = side * (radius ? 0.01 : id == "lugs" ? 0.003 : 0.01);
+      Eigen::VectorXd x(none_.x.size() + 1);
+      x << none_.x, e;
+      Fit f = series_->fit(rivals_[order[k]].candidate, *whitener_, x, none_.theta, full);
+      if (!f.ok || f.objective() >= rivals_[order[k]].fit.objective()) continue;
+      rivals_[order[k]].fit = std::move(f);
+      rivals_[order[k]].gain = 0.5 * (none_.objective() - rivals_[order[k]].fit.objective());
+      rivals_[order[k]].evidence = rivals_[order[k]].gain - price(rivals_[order[k]].candidate, rivals_[order[k]].gain);
+    }
+  }
+  // Nesting: the nominal model from where the best extended one ended.
+  const auto top = std::max_element(rivals_.begin(), rivals_.begin() + static_cast<long>(named_),
+                                    [](const Rival& a, const Rival& b) {
+                                      return a.refitted < b.refitted || (a.refitted == b.refitted && a.gain < b.gain);
+                                    });
+  if (top->refitted && top->fit.ok) {
+    Fit again = series_->fit(nominal_candidate(), *whitener_, top->fit.x.head(none_.x.size()), top->fit.theta, full);
+    if (again.ok && again.objective() < none_.objective() - 1e-3) {
+      const double less = 0.5 * (none_.objective() - again.objective());
+      none_ = std::move(again);
+      for (Rival& r : rivals_)
+        if (r.refitted) r.gain = std::max(0.0, r.gain - less), r.evidence = r.gain - price(r.candidate, r.gain);
+    }
+  }
+  // Pairs and drifts: refit those that could still win, best first.
+  for (std::size_t k = 0; k < most_refits; ++k) {
+    double refitted = 0;
+    Rival* next = nullptr;
+    for (Rival& r : rivals_) {
+      if (r.refitted) refitted = std::max(refitted, r.evidence + r.weight);
+      if (!r.refitted && (!next || r.evidence + r.weight > next->evidence + next->weight)) next = &r;
+    }
+    if (!next || next->evidence + next->weight < refitted - std::log(decisive) - 1) break;
+    do_refit(*next);
+    if (k == 2) {
+      Rival* best = nullptr;
+      for (Rival& r : rivals_)
+        if (r.refitted && r.candidate.effects.size() == 1 && (!best || r.evidence > best->evidence)) best = &r;
+      if (best) add_pairs_beside(Rival(*best));
+    }
+  }
+  // A slope alone is an upper bound: what was not refitted cannot win.
+  for (Rival& r : rivals_)
+    if (!r.refitted) r.evidence = std::min(r.evidence, 0.0);
+}
+
+/// Scores again from where the best single effect ended: partners that only show beside it.
+void Search::add_pairs_beside(const Rival& best) {
+  std::vector<Candidate> partners(all_.begin(), all_.begin() + static_cast<long>(named_));
+  const ScoreTable scores(*series_, best.candidate, best.fit, *whitener_, partners);
+  if (!scores.ok()) return;
+  std::vector<std::pair<double, std::size_t>> order;
+  for (std::size_t i = 0; i < named_; ++i)
+    if (partners[i].effects[0] != best.candidate.effects[0]) order.push_back({-scores.of(i).gain, i});
+  std::sort(order.begin(), order.end());
+  for (std::size_t k = 0; k < std::min<std::size_t>(3, order.size()); ++k) {
+    const std::size_t i = order[k].second;
+    const ScoreTable::Score s = scores.of(i);
+    if (s.gain < 4) break;
+    const int a = best.candidate.effects[0], b = partners[i].effects[0];
+    for (Rival& r : rivals_) {
+      if (r.candidate.effects.size() != 2 || r.refitted) continue;
+      const bool same = (r.candidate.effects[0] == a && r.candidate.effects[1] == b) ||
+                        (r.candidate.effects[0] == b && r.candidate.effects[1] == a);
+      if (!same) continue;
+      Eigen::VectorXd x(best.fit.x.size() + 1);
+      x << best.fit.x + scores.base_step({i}, s.amplitude), s.amplitude;
+      const Candidate ordered = pair_candidate(a, b);
+      r.candidate = ordered;
+      r.fit = refit(r.candidate, x, best.fit);
+      r.refitted = true;
+      r.gain = r.fit.ok ? std::max(0.0, 0.5 * (none_.objective() - r.fit.objective())) : 0;
+      r.evidence = r.gain - price(r.candidate, r.gain);
+    }
+  }
+}
+
+/// Degrees of freedom behind the sensors' scales; a stated sd (prior 0.3 of its logarithm) counts as 1/(2 0.3^2) squares a channel.
+double Search::noise_dof(double parameters) const {
+  double dof = series_->layout().size() - parameters;
+  for (const bool s : stated_) dof += s ? 5.5 : 0;
+  return std::max(dof, 1.0);
+}
+
+void Search::weigh() {
+  // The noise was fitted too: with scales known from nu squares, a loss of g in ln likelihood is one of nu/2 ln(1 + 2 g/nu) (Student).
+  double most = 0;
+  for (const Rival& r : rivals_)
+    if (r.refitted) most = std::max(most, r.gain);
+  const double nu = noise_dof(static_cast<double>(none_.x.size()) + 1);
+  const auto student = [&](double g) { return -0.5 * nu * std::log1p(2 * std::max(most - g, 0.0) / nu); };
+  const double none = std::max(student(0), std::min(own_noise_gain() - most, 0.0));
+  const auto score = [&](const Rival& r) {
+    return student(r.gain) + (r.evidence - r.gain) + r.weight - (r.refitted ? 0 : r.gain);
+  };
+  double top = none;
+  for (const Rival& r : rivals_) top = std::max(top, score(r));
+  double sum = std::exp(none - top), some = 0, unknown = 0;
+  for (const Rival& r : rivals_) some += std::exp(score(r) - top);
+  sum += some;
+  for (Rival& r : rivals_) {
+    r.posterior = std::exp(score(r) - top) / sum;
+    if (!r.candidate.named()) unknown += r.posterior;
+  }
+  posterior_none_ = std::exp(none - top) / sum;
+  posterior_unknown_ = unknown;
+  mixture_ = some / std::max(std::exp(none - top), 1e-300);
+  std::stable_sort(rivals_.begin(), rivals_.end(),
+                   [](const Rival& a, const Rival& b) { return a.posterior > b.posterior; });
+}
+
+void Search::run() {
+  const std::clock_t begin = std::clock();
+  fit_nominal();
+  settle_noise();
+  rank();
+  weigh();
+  seconds_ = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+}
+
+Search::Remainder Search::remainder(const Candidate& c, const Fit& f) const {
+  Remainder out;
+  std::vector<Candidate> others;
+  for (const Candidate& o : all_)
+    if (!(c.effects.size() == 1 && o.effects == c.effects)) others.push_back(o);
+  const ScoreTable scores(*series_, c, f, *whitener_, others);
+  if (!scores.ok()) return out;
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    const double gain = scores.of(i).gain;
+    if (!(gain > 0)) continue;
+    const double k = static_cast<double>(others[i].terms.size()),
+                 nu = std::max(noise_dof(static_cast<double>(f.x.size())) - k, 1.0);
+    const boost::math::fisher_f distribution(k, nu);
+    const double left = std::max(nu + k - 2 * gain, 1e-6);  // squares that remain, of nu + k
+    const double p = boost::math::cdf(boost::math::complement(distribution, 2 * gain / k / (left / nu))) *
+                     static_cast<double>(others.size());
+    if (p < out.p) out = {p, others[i].id, gain};
+  }
+  return out;
+}
+
+Eigen::MatrixXd Search::covariance(const Fit& f) const {
+  Eigen::MatrixXd A = f.jacobian;
+  whitener_->apply(A);
+  Eigen::MatrixXd N = A.transpose() * A;
+  for (int i = 0; i < series_->soil_parameters(); ++i) {
+    const double sd = case_.soil[static_cast<std::size_t>(series_->free_soil()[static_cast<std::size_t>(i)])].sd;
+    N(i, i) += 1 / (sd * sd);
+  }
+  return N.ldlt().solve(Eigen::MatrixXd::Identity(N.rows(), N.cols()));
+}
+
+}  // namespace grouser::diagnosis

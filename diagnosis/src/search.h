@@ -1,0 +1,87 @@
+#pragma once
+// The search for the cause: refit, noise, ranking. What is done with the ranking is in verdict.cpp.
+#include <memory>
+
+#include "candidates.h"
+#include "grouser/diagnosis/diagnose.h"
+
+namespace grouser::diagnosis {
+
+/// A candidate with what is known of it.
+struct Rival {
+  Candidate candidate;
+  double gain = 0;      ///< ln likelihood over the nominal model, both at their best under the same noise
+  double evidence = 0;  ///< gain less the price of the amplitudes
+  double weight = 0;    ///< ln prior share
+  double posterior = 0;
+  bool refitted = false;
+  Fit fit;
+  Eigen::VectorXd guess;  ///< start of the refit
+};
+
+class Search {
+ public:
+  Search(const DiagnosisCase& c, const RunTable& t, std::vector<Run> runs);
+  /// Steps (i) to (iv). @throws ConfigError: the model has no answer for a run at the prior means.
+  void run();
+
+  const Series& series() const { return *series_; }
+  const Noise& noise() const { return noise_; }
+  const Fit& nominal() const { return none_; }
+  const std::vector<Rival>& rivals() const { return rivals_; }  ///< best posterior first
+  double posterior_none() const { return posterior_none_; }
+  double posterior_unknown() const { return posterior_unknown_; }
+  double mixture_bayes_factor() const { return mixture_; }
+  double refit_seconds() const { return seconds_; }
+  const Whitener& whitener() const { return *whitener_; }
+  const Eigen::MatrixXd& scatter() const { return scatter_; }
+  const ScoreTable& scores() const { return *scores_; }
+  const std::vector<Candidate>& candidates() const { return all_; }
+  std::size_t named_count() const { return named_; }
+
+  /// Refits a candidate from a guess, with a second start where the first does not beat the nominal model (nesting).
+  Fit refit(const Candidate& c, const Eigen::VectorXd& guess, const Fit& base) const;
+  /// Largest structured remainder after `f`: p value of the best score among all named effects and drifts, times their number.
+  struct Remainder {
+    double p = 1;
+    std::string id;
+    double gain = 0;
+  };
+  Remainder remainder(const Candidate& c, const Fit& f) const;
+  /// Laplace standard deviations of the parameters of a fit.
+  Eigen::MatrixXd covariance(const Fit& f) const;
+  std::vector<std::array<double, channel_count>> stated_sd() const { return sd_; }
+
+ private:
+  void fit_nominal();
+  void settle_noise();
+  void set_whitener();
+  void rank();
+  void weigh();
+  void add_pairs_beside(const Rival& best);
+  double price(const Candidate& c, double gain) const;
+  double own_noise_gain() const;
+  double noise_dof(double parameters) const;
+
+  DiagnosisCase case_;
+  std::array<bool, channel_count> stated_{};
+  std::vector<std::array<double, channel_count>> sd_;
+  std::unique_ptr<Series> series_;
+  std::vector<Candidate> all_;  ///< named effects, then drifts
+  std::size_t named_ = 0;
+  Noise noise_;
+  Eigen::MatrixXd scatter_;
+  std::unique_ptr<Whitener> whitener_;
+  std::unique_ptr<ScoreTable> scores_;
+  Fit none_;
+  double none_own_ = 0;
+  std::vector<Rival> rivals_;
+  double posterior_none_ = 1, posterior_unknown_ = 0, mixture_ = 0, seconds_ = 0;
+};
+
+/// Ln prior shares: a cause as likely as none; named 0.8, pairs 0.1, drifts 0.1 of it.
+constexpr double share_named = 0.8, share_pair = 0.1, share_drift = 0.1;
+/// Bayes factor from which something is declared and a name is given.
+constexpr double decisive = 10;
+
+}  // namespace grouser::diagnosis

@@ -1,0 +1,196 @@
+#include "series.h"
+
+#include <ceres/ceres.h>
+
+#include <algorithm>
+
+namespace grouser::diagnosis {
+
+Series::Series(const DiagnosisCase& c, std::vector<Run> runs, const std::vector<std::array<double, channel_count>>& sd)
+    : case_(c), runs_(std::move(runs)), layout_(runs_, sd), y_(layout_.size()) {
+  for (int i = 0; i < soil_count; ++i)
+    if (c.soil[static_cast<std::size_t>(i)].sd > 0) free_.push_back(i);
+  for (int i = 0; i < layout_.size(); ++i)
+    y_[i] = runs_[static_cast<std::size_t>(layout_[i].run)].value[static_cast<std::size_t>(layout_[i].channel)];
+}
+
+Eigen::VectorXd Series::prior_mean() const {
+  Eigen::VectorXd x(soil_parameters());
+  for (int i = 0; i < soil_parameters(); ++i)
+    x[i] = case_.soil[static_cast<std::size_t>(free_[static_cast<std::size_t>(i)])].mean;
+  return x;
+}
+
+std::array<double, soil_count> Series::soil_of(const Eigen::VectorXd& x) const {
+  std::array<double, soil_count> s;
+  for (std::size_t i = 0; i < soil_count; ++i) s[i] = case_.soil[i].mean;
+  for (std::size_t i = 0; i < free_.size(); ++i)
+    s[static_cast<std::size_t>(free_[i])] = x[static_cast<Eigen::Index>(i)];
+  return s;
+}
+
+Inputs Series::inputs_of(const Candidate& c, const Eigen::VectorXd& x, std::size_t run) const {
+  Inputs in = plain_inputs(soil_of(x));
+  for (std::size_t t = 0; t < c.terms.size(); ++t)
+    in[static_cast<std::size_t>(c.terms[t].input)] +=
+        x[soil_parameters() + static_cast<Eigen::Index>(t)] * c.terms[t].at(run);
+  return in;
+}
+
+bool Series::evaluate(const Candidate& c, const Eigen::VectorXd& x, std::vector<double>& theta, Eigen::VectorXd& y,
+                      Eigen::MatrixXd* J) const {
+  std::vector<int> touched;
+  for (const Term& t : c.terms)
+    if (t.input >= soil_count && t.input < soil_count + static_cast<int>(bekker::effect_count))
+      touched.push_back(t.input - soil_count);
+  std::vector<Outputs> out(runs_.size());
+  std::vector<Slopes> slopes(J ? runs_.size() : 0);
+  theta.resize(runs_.size(), 0.0);
+  for (std::size_t r = 0; r < runs_.size(); ++r)
+    if (!model_run(case_.wheel, runs_[r], inputs_of(c, x, r), J ? Wanted::soil_and_touched : Wanted::value, touched,
+                   theta[r], out[r], J ? &slopes[r] : nullptr))
+      return false;
+  y.resize(layout_.size());
+  if (J) J->resize(layout_.size(), x.size());
+  for (int i = 0; i < layout_.size(); ++i) {
+    const auto r = static_cast<std::size_t>(layout_[i].run);
+    y[i] = out[r][static_cast<std::size_t>(layout_[i].channel)];
+    if (!J) continue;
+    for (std::size_t k = 0; k < free_.size(); ++k)
+      (*J)(i, static_cast<Eigen::Index>(k)) = slopes[r](layout_[i].channel, free_[k]);
+    for (std::size_t t = 0; t < c.terms.size(); ++t)
+      (*J)(i, soil_parameters() + static_cast<Eigen::Index>(t)) =
+          slopes[r](layout_[i].channel, c.terms[t].input) * c.terms[t].at(r);
+  }
+  return true;
+}
+
+bool Series::predict(const Candidate& c, const Eigen::VectorXd& x, std::vector<double>& theta,
+                     Eigen::VectorXd& y) const {
+  return evaluate(c, x, theta, y, nullptr);
+}
+
+bool Series::all_slopes(const Candidate& c, const Eigen::VectorXd& x, std::vector<double>& theta,
+                        Eigen::MatrixXd& out) const {
+  out.resize(layout_.size(), input_count);
+  std::vector<Slopes> slopes(runs_.size());
+  theta.resize(runs_.size(), 0.0);
+  Outputs y;
+  for (std::size_t r = 0; r < runs_.size(); ++r)
+    if (!model_run(case_.wheel, runs_[r], inputs_of(c, x, r), Wanted::all, {}, theta[r], y, &slopes[r])) return false;
+  for (int i = 0; i < layout_.size(); ++i)
+    out.row(i) = slopes[static_cast<std::size_t>(layout_[i].run)].row(layout_[i].channel);
+  return true;
+}
+
+double Series::prior_penalty(const Eigen::VectorXd& x) const {
+  double p = 0;
+  for (std::size_t i = 0; i < free_.size(); ++i) {
+    const SoilPrior& s = case_.soil[static_cast<std::size_t>(free_[i])];
+    p += std::pow((x[static_cast<Eigen::Index>(i)] - s.mean) / s.sd, 2);
+  }
+  return p;
+}
+
+void Series::reweigh(Fit& f, const Whitener& w) const {
+  Eigen::MatrixXd u = f.residual;
+  w.apply(u);
+  f.chi2 = u.squaredNorm();
+}
+
+Eigen::MatrixXd Series::scatter_slopes(const Candidate& c, const Fit& f) const {
+  Eigen::MatrixXd out(layout_.size(), static_cast<Eigen::Index>(scattered.size()));
+  std::vector<double> theta = f.theta;
+  std::vector<Slopes> slopes(runs_.size());
+  Outputs y;
+  for (std::size_t r = 0; r < runs_.size(); ++r)
+    if (!model_run(case_.wheel, runs_[r], inputs_of(c, f.x, r), Wanted::soil_and_touched, {}, theta[r], y, &slopes[r]))
+      slopes[r].setZero();
+  for (int i = 0; i < layout_.size(); ++i)
+    for (std::size_t k = 0; k < scattered.size(); ++k)
+      out(i, static_cast<Eigen::Index>(k)) =
+          slopes[static_cast<std::size_t>(layout_[i].run)](layout_[i].channel, scattered[k]);
+  return out;
+}
+
+/// Whitened residuals and the priors as one block.
+class SeriesCost : public ceres::CostFunction {
+ public:
+  SeriesCost(const Series& s, const Candidate& c, const Whitener& w, std::vector<double> theta)
+      : s_(s), c_(c), w_(w), theta_(std::move(theta)) {
+    const int n = s.soil_parameters() + static_cast<int>(c.terms.size());
+    mutable_parameter_block_sizes()->push_back(n);
+    set_num_residuals(s.layout().size() + s.soil_parameters());
+  }
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    const Eigen::Index n = parameter_block_sizes()[0], m = s_.layout().size(), p = s_.soil_parameters();
+    const Eigen::VectorXd x = Eigen::Map<const Eigen::VectorXd>(parameters[0], n);
+    Eigen::VectorXd y;
+    Eigen::MatrixXd J;
+    const bool slopes = jacobians && jacobians[0];
+    if (!s_.evaluate(c_, x, theta_, y, slopes ? &J : nullptr)) return false;
+    Eigen::MatrixXd r = y - s_.y_;
+    w_.apply(r);
+    Eigen::Map<Eigen::VectorXd> out(residuals, m + p);
+    out.head(m) = r;
+    for (Eigen::Index i = 0; i < p; ++i) {
+      const SoilPrior& prior = s_.case_.soil[static_cast<std::size_t>(s_.free_[static_cast<std::size_t>(i)])];
+      out[m + i] = (x[i] - prior.mean) / prior.sd;
+    }
+    if (!slopes) return true;
+    w_.apply(J);
+    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    Eigen::Map<RowMajor> d(jacobians[0], m + p, n);
+    d.setZero();
+    d.topRows(m) = J;
+    for (Eigen::Index i = 0; i < p; ++i)
+      d(m + i, i) = 1 / s_.case_.soil[static_cast<std::size_t>(s_.free_[static_cast<std::size_t>(i)])].sd;
+    return true;
+  }
+
+ private:
+  const Series& s_;
+  const Candidate& c_;
+  const Whitener& w_;
+  mutable std::vector<double> theta_;  ///< of the last call: where the next search begins
+};
+
+Fit Series::fit(const Candidate& c, const Whitener& w, const Eigen::VectorXd& start, const std::vector<double>& theta,
+                int iterations) const {
+  Fit f;
+  f.x = start;
+  ceres::Problem problem;
+  problem.AddResidualBlock(new SeriesCost(*this, c, w, theta), nullptr, f.x.data());
+  for (std::size_t i = 0; i < free_.size(); ++i) {
+    const SoilCoordinate& s = soil_coordinates()[static_cast<std::size_t>(free_[i])];
+    problem.SetParameterLowerBound(f.x.data(), static_cast<int>(i), s.lower);
+    problem.SetParameterUpperBound(f.x.data(), static_cast<int>(i), s.upper);
+  }
+  for (std::size_t t = 0; t < c.terms.size(); ++t) {
+    const int at = soil_parameters() + static_cast<int>(t);
+    problem.SetParameterLowerBound(f.x.data(), at, c.terms[t].lower);
+    problem.SetParameterUpperBound(f.x.data(), at, c.terms[t].upper);
+  }
+  ceres::Solver::Options o;
+  o.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  o.max_num_iterations = iterations;
+  o.function_tolerance = 1e-5;  // of the sum of squares: 0.003 in ln likelihood
+  o.logging_type = ceres::SILENT;
+  o.num_threads = 1;
+  o.max_num_consecutive_invalid_steps = 12;
+  ceres::Solver::Summary summary;
+  if (iterations > 0) {
+    ceres::Solve(o, &problem, &summary);
+    if (summary.termination_type == ceres::FAILURE) return f;
+  }
+  f.theta = theta;
+  Eigen::VectorXd y;
+  if (!evaluate(c, f.x, f.theta, y, &f.jacobian)) return f;
+  f.residual = y_ - y;
+  reweigh(f, w);
+  f.penalty = prior_penalty(f.x);
+  f.ok = std::isfinite(f.chi2);
+  return f;
+}
+
+}  // namespace grouser::diagnosis

@@ -1,0 +1,312 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+
+#include "gain.h"
+#include "grouser/diagnosis/diagnose.h"
+#include "grouser/terrain/config.h"
+#include "grouser/terrain/csv.h"
+#include "next_experiment.h"
+#include "search.h"
+
+namespace grouser::diagnosis {
+namespace {
+
+constexpr double gate_p = 0.01, conflict_z = 3, normal_95 = 1.6448536269514722;
+
+Interval shown_interval(int entry, double amplitude, double low, double high, double sd) {
+  const EffectEntry& e = effect_entries()[static_cast<std::size_t>(entry)];
+  const auto show = [&](double a) { return e.inverse ? (a > 0 ? 1 / a : INFINITY) : (e.off + a) * e.shown; };
+  Interval i;
+  i.value = show(amplitude);
+  i.sd = e.inverse ? sd / std::max(amplitude * amplitude, 1e-12) : sd * e.shown;
+  i.low = std::min(show(low), show(high)), i.high = std::max(show(low), show(high));
+  i.unit = e.unit;
+  i.at_bound = e.off + amplitude <= e.lower + 1e-9 || e.off + amplitude >= e.upper - 1e-9;
+  return i;
+}
+
+std::vector<Interval> amplitudes_of(const Search& s, const Rival& r) {
+  std::vector<Interval> out;
+  if (!r.refitted || !r.fit.ok) return out;
+  const Eigen::MatrixXd V = s.covariance(r.fit);
+  const Eigen::Index p = s.series().soil_parameters();
+  for (std::size_t k = 0; k < r.candidate.effects.size(); ++k) {
+    const auto i = p + static_cast<Eigen::Index>(k);
+    const double a = r.fit.x[i], sd = std::sqrt(std::max(V(i, i), 0.0));
+    const Term& t = r.candidate.terms[k];
+    out.push_back(shown_interval(r.candidate.effects[k], a, std::max(a - normal_95 * sd, t.lower),
+                                 std::min(a + normal_95 * sd, t.upper), sd));
+  }
+  return out;
+}
+
+FittedModel model_of(const Search& s, const Candidate& c, const Fit& f) {
+  FittedModel m;
+  const Series& series = s.series();
+  const Eigen::MatrixXd V = s.covariance(f);
+  m.chi2 = f.chi2;
+  m.dof = series.layout().size() - static_cast<double>(f.x.size());
+  std::array<double, channel_count> sum{};
+  std::array<int, channel_count> count{};
+  m.predicted.resize(series.runs().size());
+  for (auto& p : m.predicted) p.fill(std::numeric_limits<double>::quiet_NaN());
+  for (int i = 0; i < series.layout().size(); ++i) {
+    const auto ch = static_cast<std::size_t>(series.layout()[i].channel);
+    sum[ch] += f.residual[i] * f.residual[i];
+    ++count[ch];
+    const auto run = static_cast<std::size_t>(series.layout()[i].run);
+    m.predicted[run][ch] = series.runs()[run].value[ch] - f.residual[i];
+  }
+  for (std::size_t ch = 0; ch < channel_count; ++ch)
+    m.rmse[ch] = count[ch] ? std::sqrt(sum[ch] / count[ch]) : std::numeric_limits<double>::quiet_NaN();
+  for (int i = 0; i < series.soil_parameters(); ++i) {
+    const int which = series.free_soil()[static_cast<std::size_t>(i)];
+    const SoilCoordinate& k = soil_coordinates()[static_cast<std::size_t>(which)];
+    const SoilPrior& prior = series.given().soil[static_cast<std::size_t>(which)];
+    const double sd = std::sqrt(std::max(V(i, i), 0.0));
+    FittedValue v{k.logarithmic ? std::exp(f.x[i]) : f.x[i], sd, (f.x[i] - prior.mean) / prior.sd, k.unit};
+    if (k.logarithmic) v.sd *= v.value;
+    m.parameters[k.name] = v;
+  }
+  (void)c;
+  return m;
+}
+
+std::string list_of(const std::vector<std::string>& ids) {
+  std::string out;
+  for (std::size_t i = 0; i < ids.size(); ++i) out += (i == 0 ? "" : i + 1 == ids.size() ? " or " : ", ") + ids[i];
+  return out;
+}
+
+std::string number(double x, int digits = 3) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.*g", digits, x);
+  return text;
+}
+
+/// Withheld runs and the others. "load_N=225" or "slip=0.3..0.7".
+struct Split {
+  std::vector<Run> kept, withheld;
+};
+Split split(const RunTable& t, const std::vector<std::string>& withhold) {
+  Split out;
+  struct Rule {
+    std::string column;
+    double low, high;
+    bool used = false;
+  };
+  std::vector<Rule> rules;
+  for (const std::string& text : withhold) {
+    const std::size_t eq = text.find('=');
+    const std::string value = eq == std::string::npos ? "" : text.substr(eq + 1);
+    const std::size_t dots = value.find("..");
+    const auto low = parse_number(value.substr(0, dots)),
+               high = dots == std::string::npos ? low : parse_number(value.substr(dots + 2));
+    if (eq == std::string::npos || !low || !high)
+      throw ConfigError(
+          "--withhold", 0, 0,
+          "'" + text + "' is not understood; write a column and a value as in load_N=225 or slip=0.3..0.7");
+    const std::string column = text.substr(0, eq);
+    if (t.runs[0].cells.count(column) == 0) {
+      std::vector<std::string> known;
+      for (const auto& [name, x] : t.runs[0].cells) known.push_back(name);
+      const auto near = did_you_mean(column, known);
+      throw ConfigError("--withhold", 0, 0,
+                        "'" + column + "' cannot be withheld by" +
+                            (near ? "; did you mean '" + *near + "'?" : "; one of " + list_of(known)));
+    }
+    rules.push_back({column, *low, *high});
+  }
+  for (const Run& r : t.runs) {
+    bool out_of_fit = false;
+    for (Rule& rule : rules) {
+      const double x = r.cells.at(rule.column), slack = 1e-6 * (1 + std::abs(rule.low));
+      if (x >= rule.low - slack && x <= rule.high + slack) out_of_fit = rule.used = true;
+    }
+    (out_of_fit ? out.withheld : out.kept).push_back(r);
+  }
+  for (const Rule& rule : rules)
+    if (!rule.used)
+      throw ConfigError("--withhold", 0, 0,
+                        "no run has " + rule.column + " of " + number(rule.low) +
+                            (rule.high > rule.low ? " to " + number(rule.high) : ""));
+  if (out.kept.empty()) throw ConfigError("--withhold", 0, 0, "every run is withheld; nothing is left to fit");
+  return out;
+}
+
+}  // namespace
+
+Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vector<std::string>& withhold) {
+  const std::clock_t begin = std::clock();
+  Diagnosis d;
+  const Split parts = split(data, withhold);
+  d.runs = parts.kept;
+  d.notes = data.notes;
+  Search s(c, data, parts.kept);
+  s.run();
+  d.rank_seconds = s.refit_seconds();
+  d.nominal = model_of(s, nominal_candidate(), s.nominal());
+  for (std::size_t k = 0; k < channel_count; ++k) d.noise_scale[k] = s.noise().scale[k];
+  d.scatter_ln_k = s.noise().omega[0], d.scatter_phi = s.noise().omega[1];
+  for (std::size_t r = 0; r < s.noise().weight.size(); ++r)
+    if (s.noise().weight[r] < 0.5) d.suspect_lines.push_back(s.series().runs()[r].line);
+
+  const std::vector<Rival>& rivals = s.rivals();
+  for (std::size_t i = 0; i < std::min<std::size_t>(rivals.size(), 20); ++i) {
+    Ranked r;
+    r.id = rivals[i].candidate.id;
+    r.log_likelihood = rivals[i].gain, r.log_evidence = rivals[i].evidence, r.posterior = rivals[i].posterior;
+    r.refitted = rivals[i].refitted;
+    r.cross_validation = std::numeric_limits<double>::quiet_NaN();
+    r.amplitudes = amplitudes_of(s, rivals[i]);
+    d.ranking.push_back(r);
+  }
+  d.posterior["none"] = s.posterior_none();
+  d.posterior["unknown"] = s.posterior_unknown();
+  int shown = 0;
+  for (const Rival& r : rivals)
+    if (r.candidate.named() && shown < 12) d.posterior[r.candidate.id] = r.posterior, ++shown;
+
+  const Rival* best = rivals.empty() ? nullptr : &rivals[0];
+  const Candidate none = nominal_candidate();
+  std::string conflict;
+  for (const auto& [name, v] : d.nominal.parameters)
+    if (std::abs(v.prior_z) > conflict_z) conflict += (conflict.empty() ? "" : ", ") + name;
+  bool any_visible = false;
+  for (std::size_t i = 0; i < s.named_count(); ++i) any_visible = any_visible || s.scores().visible(i) > 3;
+  const bool poor = s.series().layout().size() < s.series().soil_parameters() + 3 || !any_visible;
+
+  const Candidate* extended = &none;
+  const Fit* extended_fit = &s.nominal();
+  Search::Remainder left;
+  std::vector<std::string> group_ids;
+  const bool declared = best && s.mixture_bayes_factor() > decisive && best->refitted && best->fit.ok;
+  if (!declared) {
+    left = s.remainder(none, s.nominal());
+    if (poor)
+      d.verdict = "undecidable";
+    else if (!conflict.empty())
+      d.verdict = "parameter";
+    else
+      d.verdict = left.p < gate_p && s.mixture_bayes_factor() > decisive ? "unknown" : "adequate";
+  } else {
+    const auto at_bound = [&](const Rival& r) {
+      for (const Interval& i : amplitudes_of(s, r))
+        if (i.at_bound) return true;
+      return false;
+    };
+    const auto first = [&](std::size_t size) -> const Rival* {
+      for (const Rival& r : rivals)
+        if (r.refitted && r.fit.ok && r.candidate.effects.size() == size && (size < 2 || !at_bound(r))) return &r;
+      return nullptr;
+    };
+    const Rival *named = first(1), *pair = first(2), *drift = first(0);
+    left = named ? s.remainder(named->candidate, named->fit) : s.remainder(none, s.nominal());
+    // Two causes where one leaves a structured remainder, or where two are beyond doubt the better account.
+    if (named && pair && pair->posterior > named->posterior &&
+        (left.p < gate_p || pair->posterior > decisive * named->posterior)) {
+      named = pair;
+      left = s.remainder(pair->candidate, pair->fit);
+    }
+    const double unknown = drift ? drift->posterior : 0;
+    if (!named || left.p < gate_p || unknown > named->posterior) {
+      d.verdict = "unknown";
+      if (named) extended = &named->candidate, extended_fit = &named->fit;
+    } else {
+      std::vector<const Rival*> group{named};
+      for (const Rival& r : rivals) {
+        if (&r == named || !r.refitted || !r.candidate.named()) continue;
+        const bool same_size = r.candidate.effects.size() == named->candidate.effects.size();
+        if (!same_size && r.candidate.effects.size() == 2) continue;  // one cause is enough
+        // The odds, and the likelihood alone where the sizes of amplitudes would decide.
+        if (r.posterior * decisive > named->posterior || (same_size && named->gain - r.gain < std::log(decisive)))
+          group.push_back(&r);
+      }
+      extended = &named->candidate, extended_fit = &named->fit;
+      if (group.size() == 1 && unknown * decisive < named->posterior && !at_bound(*named)) {
+        d.verdict = "named";
+        d.cause = named->candidate.id;
+      } else {
+        d.verdict = "class";
+      }
+      for (const Rival* r : group) {
+        group_ids.push_back(r->candidate.id);
+        for (const int e : r->candidate.effects) {
+          const std::string& id = effect_entries()[static_cast<std::size_t>(e)].id;
+          if (std::find(d.members.begin(), d.members.end(), id) == d.members.end()) d.members.push_back(id);
+        }
+      }
+    }
+    if (d.verdict == "unknown") {
+      for (const Candidate& c0 : s.candidates())
+        if (c0.id == left.id && !c0.named()) d.unknown_variable = c0.variable, d.unknown_through = c0.acts_through;
+      const bool strong = drift && (!named || drift->evidence > named->evidence);
+      if (drift && (strong || d.unknown_variable.empty())) {
+        d.unknown_variable = drift->candidate.variable, d.unknown_through = drift->candidate.acts_through;
+        if (drift->refitted && drift->fit.ok) {
+          extended = &drift->candidate, extended_fit = &drift->fit;
+          for (std::size_t r = 0; r < s.series().runs().size(); ++r) {
+            double change = 0;
+            for (std::size_t t = 0; t < drift->candidate.terms.size(); ++t)
+              change += drift->fit.x[s.series().soil_parameters() + static_cast<Eigen::Index>(t)] *
+                        drift->candidate.terms[t].at(r);
+            const auto cell = s.series().runs()[r].cells.find(drift->candidate.variable);
+            d.unknown_curve.push_back({cell == s.series().runs()[r].cells.end() ? 0 : cell->second, change});
+          }
+          std::sort(d.unknown_curve.begin(), d.unknown_curve.end());
+          d.unknown_curve.erase(std::unique(d.unknown_curve.begin(), d.unknown_curve.end(),
+                                            [](auto& a, auto& b) { return std::abs(a[0] - b[0]) < 1e-9; }),
+                                d.unknown_curve.end());
+        }
+      }
+    }
+    for (std::size_t k = 0; k < extended->effects.size(); ++k) {
+      for (const Rival& r : rivals)
+        if (r.candidate.id == extended->id) {
+          const auto list = amplitudes_of(s, r);
+          if (k < list.size())
+            d.parameters[effect_entries()[static_cast<std::size_t>(extended->effects[k])].id] = list[k];
+        }
+    }
+  }
+  d.extended = model_of(s, *extended, *extended_fit);
+  if (d.verdict == "class" || d.verdict == "undecidable" || d.verdict == "unknown")
+    d.next = next_experiments(s, group_ids);
+  if (!parts.withheld.empty()) d.gain = gain_on(s, *extended, *extended_fit, parts.withheld, withhold);
+
+  const std::string odds = rivals.size() > 1 && best && rivals[1].posterior > 0
+                               ? number(best->posterior / std::max(rivals[1].posterior, 1e-12), 2)
+                               : "many";
+  if (d.verdict == "named")
+    d.sentence = "The cause of the misfit is " + d.cause + " (odds " + odds + ":1 over the next).";
+  else if (d.verdict == "class")
+    d.sentence = "The misfit is real, but these runs cannot tell " + list_of(d.members) + " apart.";
+  else if (d.verdict == "unknown")
+    d.sentence = "None of the known causes fits: " + d.unknown_through + " changes with " + d.unknown_variable +
+                 " in a way that no entry of the library has.";
+  else if (d.verdict == "parameter")
+    d.sentence = "The model follows the runs only with soil values outside their priors: " + conflict + ".";
+  else if (d.verdict == "undecidable")
+    d.sentence = "The runs are too few or too noisy to tell anything apart.";
+  else
+    d.sentence = "The model with refitted soil follows the runs within their noise.";
+  for (std::size_t k = 0; k < channel_count; ++k) {
+    if (!data.measured[k]) continue;
+    const double scale = k == 2 ? 1000 : 1;
+    d.sentence += std::string(k == 0 ? " Error" : ";") + " of " + channel_names()[k].short_name + " " +
+                  number(d.nominal.rmse[k] * scale) +
+                  (d.verdict == "adequate" ? "" : " to " + number(d.extended.rmse[k] * scale)) +
+                  (k == 2 ? " mm" : std::string(" ") + channel_names()[k].unit);
+  }
+  d.sentence += ".";
+  if (d.gain)
+    d.sentence += " On runs never used (" + list_of(d.gain->withheld) + ") the error falls to " +
+                  number(d.gain->rmse_ratio) + " of the nominal [" + number(d.gain->low) + ", " + number(d.gain->high) +
+                  "].";
+  d.total_seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  return d;
+}
+
+}  // namespace grouser::diagnosis
