@@ -38,11 +38,11 @@ int doctor();
 
 /// Commands that define their own options; `code` becomes the exit code.
 void add_plot_command(CLI::App& cli, int& code);
-void add_fit_command(CLI::App& cli, int& code);     ///< with GROUSER_DIAGNOSIS only
+void add_fit_command(CLI::App& cli, int& code);       ///< with GROUSER_DIAGNOSIS only
 void add_diagnose_command(CLI::App& cli, int& code);  ///< with GROUSER_DIAGNOSIS only
-void add_bekker_command(CLI::App& cli, int& code);  ///< with GROUSER_BEKKER only
-void add_soil_command(CLI::App& cli, int& code);    ///< with GROUSER_DEM only
-void add_dem_command(CLI::App& cli, int& code);     ///< with GROUSER_DEM only
+void add_bekker_command(CLI::App& cli, int& code);    ///< with GROUSER_BEKKER only
+void add_soil_command(CLI::App& cli, int& code);      ///< with GROUSER_DEM only
+void add_dem_command(CLI::App& cli, int& code);       ///< with GROUSER_DEM only
 
 /// Folder with soils/, wheels/, vehicles/, grounds/: $GROUSER_LIBRARY, else the installed one, else the source tree's examples/.
 std::filesystem::path library_folder();

@@ -20,7 +20,7 @@ done
   for d in "$work"/shear_*_*/; do
     d=${d%/}; p=$(basename "$d" | cut -d_ -f2); s=$(basename "$d" | cut -d_ -f3)
     for c in own same_law; do awk -F, -v c=$c -v p="$p" -v s="$s" '!/^#/ && $1 + 0 == $1 { print c "," p "," s "," $1 "," $3 "," $5 }' "$d/$c.csv"; done
-    awk -v p="$p" -v s="$s" '!/^#/ { n++; if (n == 1) z = $4; print "LIGGGHTS," p "," s "," (n - 0.5) * 6.6e-5 "," -($2 + $3) / 0.0036 "," $4 - z }' "$d/series.txt"
+    awk -v p="$p" -v s="$s" '!/^#/ { n++; if (n == 1) z = $4; print "LIGGGHTS," p "," s "," (n - 0.5) * 6.6e-5 "," (-($2 + $3) / 0.0036) "," $4 - z }' "$d/series.txt"
   done; } > "$work/shear_curves.csv"
 { echo "code,packing,sinkage_m,pressure_Pa"
   for d in "$work"/sinkage_*_*/; do
