@@ -53,12 +53,12 @@ std::string command_line(const DriveOptions& options, const std::string& set) {
 }
 
 int drive(const DriveOptions& options) {
-  std::vector<std::string> todo;
+  std::vector<std::string> missing;
   std::vector<std::string> all = sets_in(options.sets);
   if (options.limit > 0) all.resize(std::min(all.size(), static_cast<std::size_t>(options.limit)));
   for (const std::string& set : all)
-    if (!fs::exists(options.results + "/" + set + "/diagnosis.json")) todo.push_back(set);
-  std::cerr << fmt::format("{} sets, {} done before\n", all.size(), all.size() - todo.size());
+    if (!fs::exists(options.results + "/" + set + "/diagnosis.json")) missing.push_back(set);
+  std::cerr << fmt::format("{} sets, {} done before\n", all.size(), all.size() - missing.size());
   std::atomic<std::size_t> next{0}, done{0}, failed{0};
   std::mutex talk;
   const auto begin = std::chrono::steady_clock::now();
@@ -66,22 +66,22 @@ int drive(const DriveOptions& options) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - t).count();
   };
   const auto work = [&] {
-    for (std::size_t i = next++; i < todo.size(); i = next++) {
-      const std::string folder = options.results + "/" + todo[i];
+    for (std::size_t i = next++; i < missing.size(); i = next++) {
+      const std::string folder = options.results + "/" + missing[i];
       fs::create_directories(folder);
       const auto start = std::chrono::steady_clock::now();
-      const int code = std::system(command_line(options, todo[i]).c_str());
+      const int code = std::system(command_line(options, missing[i]).c_str());
       const nlohmann::json run = {{"wall_s", seconds_since(start)}, {"status", code}};
       write_text(folder + "/run.json", run.dump() + "\n");
       if (!fs::exists(folder + "/diagnosis.json")) ++failed;
       const std::size_t finished = ++done;
       const std::lock_guard lock(talk);
       if (!fs::exists(folder + "/diagnosis.json"))
-        std::cerr << fmt::format("{}: no diagnosis.json, see {}/log.txt\n", todo[i], folder);
-      if (finished % 10 == 0 || finished == todo.size())
+        std::cerr << fmt::format("{}: no diagnosis.json, see {}/log.txt\n", missing[i], folder);
+      if (finished % 10 == 0 || finished == missing.size())
         std::cerr << fmt::format(
-            "{} of {}, {:.0f} s left\n", finished, todo.size(),
-            seconds_since(begin) / static_cast<double>(finished) * static_cast<double>(todo.size() - finished));
+            "{} of {}, {:.0f} s left\n", finished, missing.size(),
+            seconds_since(begin) / static_cast<double>(finished) * static_cast<double>(missing.size() - finished));
     }
   };
   const unsigned cores =
