@@ -92,7 +92,7 @@ int run(Arguments a) {
   return 0;
 }
 
-int bed(const fs::path& file, fs::path out, bool overwrite, bool quiet) {
+int bed(const fs::path& file, fs::path out, bool overwrite, bool quiet, double checkpoint_every) {
   expect_kind(file, "bed");
   const DemBedCase c = read_dem_bed(file);
   if (out.empty()) out = fs::path("runs") / (file.stem().string() + ".h5");
@@ -105,14 +105,17 @@ int bed(const fs::path& file, fs::path out, bool overwrite, bool quiet) {
   }
   ProgressLine line(quiet);
   const auto begin = std::chrono::steady_clock::now();
-  const dem::Packing p = make_bed(c, [&](const std::string& stage, double done) {
-    line.update(stage, 100 * done, 100, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
-                "%");
-  });
   std::error_code failed;
   if (out.has_parent_path()) fs::create_directories(out.parent_path(), failed);
   if (failed) throw ConfigError(out.string(), 0, 0, "cannot be made: " + failed.message());
+  fs::path checkpoint = out;
+  checkpoint.replace_extension(".checkpoint.h5");
+  const dem::Packing p = make_bed(c, checkpoint, checkpoint_every, [&](const std::string& stage, double done) {
+    line.update(stage, 100 * done, 100, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
+                "%");
+  });
   dem::write_bed(p, out, c.title);
+  fs::remove(checkpoint, failed);
   const std::vector<double> porosity = dem::porosity_profile(p, 4);
   fmt::print(
       "{} grains, {:.4g} x {:.4g} m, surface at {:.4g} m, bulk density {:.4g} kg/m^3, rms speed at the end {:.2g} m/s\n"
@@ -141,14 +144,17 @@ void add_dem_command(CLI::App& cli, int& code) {
   struct BedArguments {
     fs::path file, out;
     bool overwrite = false, quiet = false;
+    double checkpoint_every = 30;
   };
   const auto b = std::make_shared<BedArguments>();
   auto* make = dem->add_subcommand("bed", "pour, compact, tile, cut and store a bed of grains");
   make->add_option("bed", b->file, "file of the bed")->required();
   make->add_option("--out", b->out, "HDF5 file (default runs/<bed>.h5)");
+  make->add_option("--checkpoint-every", b->checkpoint_every, "seconds of the clock between checkpoints of pouring")
+      ->check(CLI::Range(0.0, 86400.0));
   make->add_flag("--overwrite", b->overwrite, "replace a bed of other inputs");
   make->add_flag("--quiet", b->quiet, "no progress line");
-  make->callback([b, &code] { code = bed(b->file, b->out, b->overwrite, b->quiet); });
+  make->callback([b, &code] { code = bed(b->file, b->out, b->overwrite, b->quiet, b->checkpoint_every); });
 }
 
 }  // namespace grouser::app

@@ -27,6 +27,9 @@ DemBedCase read_dem_bed(const std::filesystem::path& file) {
     p.error_at("base", "the base must be wider than two of the largest grains");
   c.pouring.height = p.quantity("height", "m", Range::positive());
   c.pouring.walls = p.boolean_or("walls", false);
+  c.pouring.slab = p.boolean_or("slab", false);
+  if (c.pouring.walls && c.pouring.slab)
+    p.error_at("slab", "walls stand on all sides, or square to y only: give one of walls and slab");
   c.pouring.compaction = p.quantity_or("compaction", 0, "Pa", Range::non_negative());
   if (c.pouring.walls && !(c.soil.bulk_density > 0))
     root.error_at("soil", "a box is filled by mass: give bulk_density");
@@ -37,6 +40,7 @@ DemBedCase read_dem_bed(const std::filesystem::path& file) {
     for (double x : n)
       if (x != std::floor(x)) root.error_at("tiles", "tiles are whole numbers: [8, 3]");
     if (c.pouring.walls) root.error_at("tiles", "grains poured into a box cannot be repeated; leave walls out");
+    if (c.pouring.slab && c.ny > 1) root.error_at("tiles", "a slab between walls is repeated along x only: [8, 1]");
   }
   std::string surface_text;
   if (root.has("surface")) {
@@ -58,8 +62,10 @@ DemBedCase read_dem_bed(const std::filesystem::path& file) {
   return c;
 }
 
-dem::Packing make_bed(const DemBedCase& c, const std::function<void(const std::string&, double)>& progress) {
-  dem::Packing p = dem::pour(c.soil, c.pouring, [&](double done, double) { progress("pouring", done); });
+dem::Packing make_bed(const DemBedCase& c, const std::filesystem::path& checkpoint, double every,
+                      const std::function<void(const std::string&, double)>& progress) {
+  dem::Packing p =
+      dem::pour(c.soil, c.pouring, checkpoint, every, [&](double done, double) { progress("pouring", done); });
   if (c.nx > 1 || c.ny > 1) p = dem::tile(p, c.nx, c.ny);
   if (c.surface) dem::cut_surface(p, [&](double x, double y) { return c.surface->height(x, y); });
   if (c.border > 0 || c.bottom > 0) dem::freeze_edges(p, c.border, c.bottom);

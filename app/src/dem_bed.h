@@ -22,7 +22,7 @@ struct DemBedCase {
 /// bed: TITLE
 /// soil: ..., solver: ...                                      see grouser/dem/soil_config.h
 /// seed: 1
-/// pour: {base: [50 mm, 50 mm], height: 160 mm, walls: false, compaction: 5 kPa}      walls, compaction optional
+/// pour: {base: [50 mm, 50 mm], height: 160 mm, walls: false, slab: false, compaction: 5 kPa}      the last three optional
 /// tiles: [8, 3]                                               optional
 /// surface: {...}                                              optional: a ground (examples/grounds); grains above it are taken away
 /// frozen: {border: 10 mm, bottom: 10 mm}                      optional
@@ -30,6 +30,8 @@ struct DemBedCase {
 /// @throws ConfigError with every error of the file.
 DemBedCase read_dem_bed(const std::filesystem::path& file);
 
-dem::Packing make_bed(const DemBedCase& c, const std::function<void(const std::string& stage, double done)>& progress);
+/// Pouring is saved in `checkpoint` every `every` seconds of the clock and continued from there.
+dem::Packing make_bed(const DemBedCase& c, const std::filesystem::path& checkpoint, double every,
+                      const std::function<void(const std::string& stage, double done)>& progress);
 
 }  // namespace grouser::app

@@ -128,7 +128,7 @@ SoilCaseResult run_case(const SoilJob& job, std::size_t k, const SoilRunOptions&
   const fs::path csv = job.folder / (c.name + ".csv"), meta = job.folder / (c.name + ".yaml"),
                  checkpoint = job.folder / (c.name + ".checkpoint.h5");
   const auto begin = Clock::now();
-  const dem::Packing bed = dem::cached_packing(c.poured, c.pouring(), o.beds);
+  const dem::Packing bed = dem::cached_packing(c.poured, c.pouring(), o.beds, {}, o.checkpoint_every);
   const std::unique_ptr<dem::SoilTest> test = c.make(bed);
   if (fs::exists(checkpoint)) {
     Checkpoint saved = read_checkpoint(checkpoint);

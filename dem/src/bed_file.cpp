@@ -1,4 +1,6 @@
 // Packings on disk: an HDF5 file in the form of a run, every number readable as it stands.
+#include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -48,6 +50,10 @@ std::string content_hash(Packing p) {
   double numbers[] = {p.lx, p.ly, p.height, p.bulk_density, p.settle_time, p.residual_speed};
   s.reals("numbers", numbers, 6);
   s.field("walls", p.walls);
+  if (p.slab) {
+    bool slab = true;
+    s.field("slab", slab);
+  }
   for (auto* v : {&c.position, &c.velocity, &c.spin, &c.radius, &c.density, &c.material, &c.frozen})
     s.field("grains", *v);
   return s.hash_text();
@@ -82,6 +88,7 @@ void write_bed(const Packing& p, const fs::path& file, const std::string& title)
     out.set_attribute("lx", p.lx);
     out.set_attribute("ly", p.ly);
     out.set_attribute("walls", p.walls ? 1.0 : 0.0);
+    out.set_attribute("slab", p.slab ? 1.0 : 0.0);
     out.set_attribute("height", p.height);
     out.set_attribute("bulk_density", p.bulk_density);
     out.set_attribute("settle_time", p.settle_time);
@@ -117,6 +124,7 @@ Packing read_bed(const fs::path& file) {
   p.lx = in.number("lx", 0);
   p.ly = in.number("ly", 0);
   p.walls = in.number("walls", 0) != 0;
+  p.slab = in.number("slab", 0) != 0;
   p.height = in.number("height", 0);
   p.bulk_density = in.number("bulk_density", 0);
   p.settle_time = in.number("settle_time", 0);
@@ -145,8 +153,30 @@ Packing read_bed(const fs::path& file) {
   return p;
 }
 
+namespace {
+
+/// Of several processes one holds it; a killed one lets go.
+class Lock {
+ public:
+  explicit Lock(const fs::path& file) : fd_(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)) {
+    held_ = fd_ >= 0 && ::flock(fd_, LOCK_EX | LOCK_NB) == 0;
+  }
+  ~Lock() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Lock(const Lock&) = delete;
+  Lock& operator=(const Lock&) = delete;
+  bool held() const { return held_; }
+
+ private:
+  int fd_;
+  bool held_;
+};
+
+}  // namespace
+
 Packing cached_packing(const SoilSettings& soil, const PourSettings& p, const fs::path& folder,
-                       const Progress& progress) {
+                       const Progress& progress, double every) {
   if (folder.empty()) return pour(soil, p, progress);
   const std::string inputs = inputs_text(soil) + inputs_text(p), name = hash_text(inputs);
   // Cases of one process that want the same packing wait for the first of them; other processes may pour it as well.
@@ -163,11 +193,17 @@ Packing cached_packing(const SoilSettings& soil, const PourSettings& p, const fs
     Packing stored = read_bed(file);
     if (stored.inputs == inputs) return stored;
   }
-  Packing made = pour(soil, p, progress);
   std::error_code failed;
   fs::create_directories(folder, failed);
   if (failed) throw ResultsError(folder.string() + ": cannot be made: " + failed.message());
+  const fs::path checkpoint = folder / (name + ".checkpoint.h5"), lock_file = folder / (name + ".lock");
+  const Lock ours(lock_file);
+  Packing made = ours.held() ? pour(soil, p, checkpoint, every, progress) : pour(soil, p, progress);
   write_bed(made, file, p.walls ? "grains poured into a box" : "periodic brick of poured grains");
+  if (ours.held()) {
+    fs::remove(checkpoint, failed);
+    fs::remove(lock_file, failed);
+  }
   return made;
 }
 

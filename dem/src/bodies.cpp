@@ -113,6 +113,7 @@ void Bodies<R>::refresh(std::size_t c, const Space<R>& space, double dt, const A
                   static_cast<std::uint32_t>(table.index(material[ids[g]], surface.material));
       b.part[lane] = part;
       b.delta[lane] = -1;
+      b.curvature[lane] = static_cast<R>(surface.shape.curvature(part));
       const Known key{static_cast<std::uint32_t>(s), static_cast<std::uint32_t>(g), part, 0, nullptr};
       for (auto k = std::lower_bound(known.begin(), known.end(), key); k != known.end() && !(key < *k); ++k) {
         if (k->part != part) continue;
@@ -139,7 +140,7 @@ void Bodies<R>::refresh(std::size_t c, const Space<R>& space, double dt, const A
       const double bound = surface.shape.extent() + wide;
       if (!cylinder && x.squaredNorm() > bound * bound) continue;
       surface.shape.each_part_near(x, [&](std::uint32_t part) {
-        if (surface.shape.touch(part, x).distance <= wide) add(g, part);
+        if (surface.shape.distance_to(part, x) <= wide) add(g, part);
       });
     }
     if (here.first != p.blocks.size())
@@ -152,18 +153,106 @@ void Bodies<R>::refresh(std::size_t c, const Space<R>& space, double dt, const A
     p.runs.push_back(here);
   }
   p.blocks.shrink_to_fit();
+  derive(p, ids.size());
+}
+
+/// Facets beside the contacts, and which grains have more than one.
+template <class R>
+void Bodies<R>::derive(Part& p, std::size_t count) const {
+  p.facets.clear();
+  p.groups.clear();
+  p.facets_of.clear();
+  p.groups_of.clear();
+  p.was.clear();
+  for (std::size_t s = 0; s < p.runs.size(); ++s) {
+    const Shape& shape = surfaces[s].shape;
+    Run facets, groups;
+    facets.first = static_cast<std::uint32_t>(p.facets.size());
+    groups.first = static_cast<std::uint32_t>(p.groups.size());
+    const bool mesh = shape.kind() == ShapeKind::mesh;
+    if (mesh || shape.kind() == ShapeKind::spheres)
+      for (std::uint32_t at = p.runs[s].first; at < p.runs[s].last; ++at) {
+        const WallBlock<R>& b = p.blocks[at];
+        FacetBlock& to = p.facets.emplace_back();
+        for (std::size_t l = 0; l < kBlock; ++l) {
+          const Facet& f = shape.facet(b.part[l]);
+          for (std::size_t k = 0; k < FacetField::count; ++k) to.field[k][l] = f[k];
+          const std::uint32_t lane = at * kBlock + static_cast<std::uint32_t>(l), grain = b.i[l] / kUnit;
+          if (!mesh || grain >= count || lane == p.runs[s].first * kBlock) continue;
+          const std::uint32_t before = lane - 1;
+          if (p.blocks[before / kBlock].i[before % kBlock] / kUnit != grain) continue;
+          if (p.groups.size() > groups.first && p.groups.back().last == lane)
+            p.groups.back().last = lane + 1;
+          else
+            p.groups.push_back({before, lane + 1});
+        }
+      }
+    facets.last = static_cast<std::uint32_t>(p.facets.size());
+    groups.last = static_cast<std::uint32_t>(p.groups.size());
+    for (std::uint32_t g = groups.first; g < groups.last; ++g)
+      for (std::uint32_t k = p.groups[g].first; k < p.groups[g].last; ++k)
+        p.was.push_back(p.blocks[k / kBlock].delta[k % kBlock] > 0);
+    p.facets_of.push_back(facets);
+    p.groups_of.push_back(groups);
+  }
 }
 
 template <class R>
-void Bodies<R>::geometry(std::size_t c, const Space<R>& space, const Array<Grain<R>>& grains, std::size_t count) {
+SurfaceWork<R> Bodies<R>::work(const Surface& s, const Space<R>& space, const Array<Grain<R>>& grains) const {
+  const Body& body = bodies[static_cast<std::size_t>(s.body)];
+  SurfaceWork<R> w{};
+  w.grains = grains.data();
+  w.kind = s.shape.kind();
+  const Mat3 turn = body.X.q.toRotationMatrix();
+  for (int k = 0; k < 3; ++k) {
+    // Along periodic axes from the nearest whole place, so that differences wrap by themselves.
+    w.unit[k] = space.unit(k);
+    w.from[k] = body.X.p[k] - space.domain().lo[k];
+    if (space.domain().periodic[static_cast<std::size_t>(k)]) {
+      const double length = space.domain().hi[k] - space.domain().lo[k];
+      const double units = (w.from[k] - length * std::floor(w.from[k] / length)) / w.unit[k], whole = std::floor(units);
+      w.origin[k] = static_cast<Int<R>>(static_cast<std::uint64_t>(whole));
+      w.from[k] = (units - whole) * w.unit[k];
+    }
+    for (int j = 0; j < 3; ++j) w.turn[k][j] = turn(k, j);
+  }
+  w.radius = s.shape.radius();
+  w.half_width = s.shape.half_width();
+  return w;
+}
+
+template <class R>
+void Bodies<R>::geometry(std::size_t c, const Space<R>& space, const Array<Grain<R>>& grains, std::size_t count,
+                         const KernelOf<R>& kernel) {
   Part& p = parts_[c];
+  std::uint8_t* was = p.was.data();
   for (std::size_t s = 0; s < p.runs.size(); ++s) {
-    const Run r = p.runs[s];
+    const Run r = p.runs[s], groups = p.groups_of[s];
     if (r.first == r.last) continue;
-    if (surfaces[s].shape.kind() == ShapeKind::plane)
+    if (surfaces[s].shape.kind() == ShapeKind::plane) {
       plane_geometry(surfaces[s], p, r, space, grains, count);
-    else
-      part_geometry(surfaces[s], p, r, space, grains, count);
+      continue;
+    }
+    kernel.touch(work(surfaces[s], space, grains), p.blocks.data() + r.first, p.blocks.data() + r.last,
+                 p.facets.data() + p.facets_of[s].first);
+    WallBlock<R>& last = p.blocks[r.last - 1];
+    for (std::size_t l = 0; l < kBlock; ++l)
+      if (last.i[l] / kUnit >= count) last.delta[l] = -1;
+    // From a lane of the contacts to that of its facet.
+    const std::uint32_t shift = (r.first - p.facets_of[s].first) * kBlock;
+    for (std::uint32_t g = groups.first; g < groups.last; ++g) {
+      const Group lanes = p.groups[g];
+      std::uint8_t* before = was;
+      int touching = 0;
+      bool changed = false;
+      for (std::uint32_t k = lanes.first; k < lanes.last; ++k, ++was) {
+        const bool now = p.blocks[k / kBlock].delta[k % kBlock] > 0;
+        touching += now;
+        changed = changed || now != (*was != 0);
+      }
+      if (touching > 1) one_contact_per_place(surfaces[s], p, lanes, shift);
+      if (changed) take_over(p, lanes, before);
+    }
   }
 }
 
@@ -181,109 +270,75 @@ void Bodies<R>::plane_geometry(const Surface& s, Part& p, Run r, const Space<R>&
       d[l] = place < count ? static_cast<double>(g.r) - frame.distance(g) : -1;
     }
     for (int l = 0; l < kBlock; ++l) b.delta[l] = static_cast<R>(d[l]);
-    for (int l = 0; l < kBlock; ++l) b.curvature[l] = 0;
     for (int k = 0; k < 3; ++k) {
-      const R n = static_cast<R>(-frame.normal[k]), v = static_cast<R>(body.V.v[k]), arm = static_cast<R>(frame.arm[k]);
+      const R n = static_cast<R>(-frame.normal[k]), arm = static_cast<R>(frame.arm[k]);
       for (int l = 0; l < kBlock; ++l) b.n[k][l] = n;
-      for (int l = 0; l < kBlock; ++l) b.v[k][l] = v;
-      for (int l = 0; l < kBlock; ++l) b.w[k][l] = 0;
       for (int l = 0; l < kBlock; ++l) b.at[k][l] = arm;
     }
   }
 }
 
+/// A point on an edge or a corner belongs to several triangles; the deepest contact of each place stays.
 template <class R>
-void Bodies<R>::part_geometry(const Surface& s, Part& p, Run r, const Space<R>& space, const Array<Grain<R>>& grains,
-                              std::size_t count) {
-  const Body& body = bodies[static_cast<std::size_t>(s.body)];
-  const auto lane = [&](std::size_t at) {
-    return std::pair<WallBlock<R>&, std::size_t>(p.blocks[at / kBlock], at % kBlock);
-  };
-  const std::size_t end = std::size_t{r.last} * kBlock;
-  std::vector<Touch> touch;
-  std::vector<R> was;
-  std::vector<Vec3> had;
-  for (std::size_t at = std::size_t{r.first} * kBlock; at < end;) {
-    const std::size_t place = lane(at).first.i[lane(at).second] / kUnit;
-    std::size_t next = at;
-    while (next < end && lane(next).first.i[lane(next).second] / kUnit == place) ++next;
-    if (place >= count) {
-      for (; at < next; ++at) {
-        const auto [b, l] = lane(at);
-        b.delta[l] = -1;
-        b.curvature[l] = 0;
-        for (int k = 0; k < 3; ++k) b.n[k][l] = b.v[k][l] = b.w[k][l] = b.at[k][l] = 0;
-      }
-      continue;
+void Bodies<R>::one_contact_per_place(const Surface& s, Part& p, Group g, std::uint32_t shift) const {
+  const auto delta = [&p](std::uint32_t k) -> R& { return p.blocks[k / kBlock].delta[k % kBlock]; };
+  const auto distance = [&](std::uint32_t k) { return p.facets[(k - shift) / kBlock].distance[(k - shift) % kBlock]; };
+  std::vector<std::uint32_t>& touching = p.kept;
+  touching.clear();
+  for (std::uint32_t k = g.first; k < g.last; ++k)
+    if (delta(k) > 0) touching.push_back(k);
+  if (touching.size() < 2) return;
+  for (std::size_t k = 1; k < touching.size(); ++k)
+    for (std::size_t m = k; m > 0 && distance(touching[m]) < distance(touching[m - 1]); --m)
+      std::swap(touching[m], touching[m - 1]);
+  std::size_t kept = 1;
+  constexpr double kSame = 1e-8;  // [m]
+  for (std::size_t k = 1; k < touching.size(); ++k) {
+    const std::uint32_t at = touching[k] - shift;
+    const FacetBlock& f = p.facets[at / kBlock];
+    const Vec3 q(f.point[0][at % kBlock], f.point[1][at % kBlock], f.point[2][at % kBlock]);
+    bool taken = false;
+    for (std::size_t o = 0; o < kept && !taken; ++o) {
+      const std::uint32_t part = p.blocks[touching[o] / kBlock].part[touching[o] % kBlock];
+      const Facet& other = s.shape.facet(part);
+      double off = 0;
+      for (std::size_t c = 0; c < 3; ++c)
+        off += other[FacetField::normal + c] * (q[static_cast<int>(c)] - other[FacetField::corner + c]);
+      taken = std::fabs(off) < kSame && (s.shape.nearest_on(part, q) - q).squaredNorm() < kSame * kSame;
     }
-    const Grain<R>& g = grains[place];
-    const Vec3 x = local(space, g, body);
-    touch.clear();
-    was.clear();
-    had.clear();
-    for (std::size_t k = at; k < next; ++k) {
-      const auto [b, l] = lane(k);
-      const Touch t = s.shape.touch(b.part[l], x);
-      was.push_back(b.delta[l]);
-      had.push_back(Vec3(double(b.n[0][l]), double(b.n[1][l]), double(b.n[2][l])));
-      touch.push_back(t);
-      const double delta = double(g.r) - t.distance;
-      const Vec3 normal = body.X.q * t.normal, arm = body.X.q * Vec3(t.point + 0.5 * delta * t.normal),
-                 v = body.V.at(arm);
-      b.delta[l] = static_cast<R>(delta);
-      b.curvature[l] = static_cast<R>(t.curvature);
-      for (int c = 0; c < 3; ++c) {
-        b.n[c][l] = static_cast<R>(normal[c]);
-        b.v[c][l] = static_cast<R>(v[c]);
-        b.w[c][l] = static_cast<R>(body.V.w[c]);
-        b.at[c][l] = static_cast<R>(arm[c]);
-      }
-    }
-    if (next - at > 1 && s.shape.kind() == ShapeKind::mesh) {
-      one_contact_per_place(s, p, at, next, touch);
-      // A contact that goes over from one triangle to its neighbour takes its history along.
-      for (std::size_t k = at; k < next; ++k) {
-        const auto [b, l] = lane(k);
-        if (!(b.delta[l] > 0) || was[k - at] > 0) continue;
-        const Vec3 normal(double(b.n[0][l]), double(b.n[1][l]), double(b.n[2][l]));
-        for (std::size_t o = at; o < next; ++o) {
-          const auto [from, m] = lane(o);
-          if (from.delta[m] > 0 || !(was[o - at] > 0) || had[o - at].dot(normal) < 0.9) continue;
-          for (int c = 0; c < 3; ++c) {
-            b.s[c][l] = from.s[c][m];
-            b.t[c][l] = from.t[c][m];
-            from.s[c][m] = from.t[c][m] = 0;
-          }
-          b.past.copy(l, from.past, m, R(1));
-          from.past.clear(m);
-          was[o - at] = 0;
-          break;
-        }
-      }
-    }
-    at = next;
+    if (taken)
+      delta(touching[k]) = -1;
+    else
+      touching[kept++] = touching[k];
   }
 }
 
-/// A point on an edge or a corner belongs to several triangles; the deepest contact of each place stays.
+/// A contact that goes over from one triangle to its neighbour takes its history along.
 template <class R>
-void Bodies<R>::one_contact_per_place(const Surface& s, Part& p, std::size_t first, std::size_t last,
-                                      const std::vector<Touch>& touch) {
-  std::vector<std::size_t> order, kept;
-  for (std::size_t k = first; k < last; ++k)
-    if (p.blocks[k / kBlock].delta[k % kBlock] > 0) order.push_back(k);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return touch[a - first].distance < touch[b - first].distance; });
-  for (std::size_t k : order) {
-    const Vec3& q = touch[k - first].point;
-    bool taken = false;
-    for (std::size_t o : kept)
-      taken = taken || (s.shape.nearest_on(p.blocks[o / kBlock].part[o % kBlock], q) - q).squaredNorm() < 1e-16;
-    if (taken)
-      p.blocks[k / kBlock].delta[k % kBlock] = -1;
-    else
-      kept.push_back(k);
+void Bodies<R>::take_over(Part& p, Group g, std::uint8_t* was) const {
+  const auto block = [&p](std::uint32_t k) -> WallBlock<R>& { return p.blocks[k / kBlock]; };
+  const auto touches = [&](std::uint32_t k) { return block(k).delta[k % kBlock] > 0; };
+  for (std::uint32_t k = g.first; k < g.last; ++k) {
+    if (!touches(k) || was[k - g.first]) continue;
+    for (std::uint32_t o = g.first; o < g.last; ++o) {
+      if (touches(o) || !was[o - g.first]) continue;
+      WallBlock<R>&to = block(k), &from = block(o);
+      const std::size_t l = k % kBlock, m = o % kBlock;
+      double cosine = 0;
+      for (int c = 0; c < 3; ++c) cosine += double(to.n[c][l]) * double(from.n[c][m]);
+      if (cosine < 0.9) continue;
+      for (int c = 0; c < 3; ++c) {
+        to.s[c][l] = from.s[c][m];
+        to.t[c][l] = from.t[c][m];
+        from.s[c][m] = from.t[c][m] = 0;
+      }
+      to.past.copy(l, from.past, m, R(1));
+      from.past.clear(m);
+      was[o - g.first] = 0;  // nobody takes it twice
+      break;
+    }
   }
+  for (std::uint32_t k = g.first; k < g.last; ++k) was[k - g.first] = touches(k);
 }
 
 template <class R>
@@ -357,7 +412,9 @@ void Bodies<R>::finish(double dt, const Vec3& gravity, bool begun) {
 template <class R>
 std::size_t Bodies<R>::bytes() const {
   std::size_t n = sizeof(Known) * known_.capacity();
-  for (const Part& p : parts_) n += sizeof(WallBlock<R>) * p.blocks.capacity();
+  for (const Part& p : parts_)
+    n += sizeof(WallBlock<R>) * p.blocks.capacity() + sizeof(FacetBlock) * p.facets.capacity() +
+         sizeof(Group) * p.groups.capacity();
   return n;
 }
 

@@ -40,16 +40,24 @@ class Bodies {
                std::size_t spare, const std::vector<std::uint32_t>& ids, const std::vector<std::uint8_t>& material,
                const MaterialTable& table);
   /// Normal, overlap and surface velocity of the contacts of a chunk.
-  void geometry(std::size_t c, const Space<R>& space, const Array<Grain<R>>& grains, std::size_t count);
+  void geometry(std::size_t c, const Space<R>& space, const Array<Grain<R>>& grains, std::size_t count,
+                const KernelOf<R>& kernel);
   bool empty() const { return surfaces.empty(); }
-  /// The law for the contacts of chunk c: `f(first, last, sum)` for each surface.
+  /// The law for the contacts of chunk c: `f(motion, first, last, sum)` for each surface.
   template <class F>
   void each_surface(std::size_t c, F&& f) {
     Part& p = parts_[c];
     p.sums.assign(p.runs.size(), WallSum{});
     for (std::size_t s = 0; s < p.runs.size(); ++s)
-      if (p.runs[s].first != p.runs[s].last)
-        f(p.blocks.data() + p.runs[s].first, p.blocks.data() + p.runs[s].last, p.sums[s]);
+      if (p.runs[s].first != p.runs[s].last) {
+        const Twist& V = bodies[static_cast<std::size_t>(surfaces[s].body)].V;
+        Motion<R> m;
+        for (int k = 0; k < 3; ++k) {
+          m.v[k] = static_cast<R>(V.v[k]);
+          m.w[k] = static_cast<R>(V.w[k]);
+        }
+        f(m, p.blocks.data() + p.runs[s].first, p.blocks.data() + p.runs[s].last, p.sums[s]);
+      }
   }
   /// Sum forces in the order of the chunks, move the bodies. `begun`: forces of a step before are known.
   void finish(double dt, const Vec3& gravity, bool begun);
@@ -57,6 +65,10 @@ class Bodies {
   void forget_past() {
     std::vector<Known>().swap(known_);
     std::vector<Part>().swap(before_);
+  }
+  /// After loading: what follows from the lists.
+  void complete(std::size_t count) {
+    for (Part& p : parts_) derive(p, count);
   }
   /// Contacts of these grains (marked by place) begin anew at the next sort.
   void forget(const std::vector<std::uint8_t>& marked);
@@ -74,10 +86,21 @@ class Bodies {
   struct Run {
     std::uint32_t first = 0, last = 0;  ///< blocks
   };
+  /// Lanes of one grain near several triangles.
+  struct Group {
+    std::uint32_t first, last;
+  };
   struct Part {
     Array<WallBlock<R>> blocks;
     std::vector<Run> runs;  ///< per surface
     std::vector<WallSum> sums;
+    // What follows from these.
+    Array<FacetBlock> facets;         ///< of the blocks of meshes and spheres, in their order
+    std::vector<Group> groups;        ///< of all meshes
+    std::vector<Run> facets_of;       ///< per surface
+    std::vector<Run> groups_of;       ///< per surface
+    std::vector<std::uint8_t> was;    ///< whether the lanes of all groups touched in the last step
+    std::vector<std::uint32_t> kept;  ///< lanes of one group
   };
   /// Where the history of a contact is; ordered by surface and grain.
   struct Known {
@@ -88,10 +111,10 @@ class Bodies {
   static void collect(const Part& p, std::size_t count, std::vector<Known>& into);
   void plane_geometry(const Surface& s, Part& p, Run r, const Space<R>& space, const Array<Grain<R>>& grains,
                       std::size_t count);
-  void part_geometry(const Surface& s, Part& p, Run r, const Space<R>& space, const Array<Grain<R>>& grains,
-                     std::size_t count);
-  void one_contact_per_place(const Surface& s, Part& p, std::size_t first, std::size_t last,
-                             const std::vector<Touch>& touch);
+  void derive(Part& p, std::size_t count) const;
+  SurfaceWork<R> work(const Surface& s, const Space<R>& space, const Array<Grain<R>>& grains) const;
+  void one_contact_per_place(const Surface& s, Part& p, Group g, std::uint32_t shift) const;
+  void take_over(Part& p, Group g, std::uint8_t* was) const;
   void move(Body& b, double dt, const Vec3& gravity);
   std::vector<Part> parts_;  ///< per chunk
   // Between a sort and the refresh after it.

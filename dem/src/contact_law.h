@@ -6,39 +6,6 @@
 
 namespace grouser::dem::inline GROUSER_DEM_ISA {
 
-template <class V>
-struct Vec3L {
-  V x, y, z;
-};
-template <class V>
-GROUSER_INLINE V dot(const Vec3L<V>& a, const Vec3L<V>& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-template <class V>
-GROUSER_INLINE Vec3L<V> cross(const Vec3L<V>& a, const Vec3L<V>& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-/// a - c n
-template <class V>
-GROUSER_INLINE Vec3L<V> less(const Vec3L<V>& a, V c, const Vec3L<V>& n) {
-  return {a.x - c * n.x, a.y - c * n.y, a.z - c * n.z};
-}
-template <class V>
-GROUSER_INLINE Vec3L<V> scaled(V c, const Vec3L<V>& a) {
-  return {c * a.x, c * a.y, c * a.z};
-}
-
-/// a + c n
-template <class V>
-GROUSER_INLINE Vec3L<V> plus(const Vec3L<V>& a, V c, const Vec3L<V>& n) {
-  return {a.x + c * n.x, a.y + c * n.y, a.z + c * n.z};
-}
-/// a + b x c
-template <class V>
-GROUSER_INLINE Vec3L<V> add_cross(const Vec3L<V>& a, const Vec3L<V>& b, const Vec3L<V>& c) {
-  return {(a.x + b.y * c.z) - b.z * c.y, (a.y + b.z * c.x) - b.x * c.z, (a.z + b.x * c.y) - b.y * c.x};
-}
-
 /// Coefficients in lanes: one value for all, or looked up by the type of the pair.
 template <class V>
 struct Coefficients {

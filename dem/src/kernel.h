@@ -1,5 +1,6 @@
 #pragma once
 // The inner loop, compiled once per instruction set and chosen at run time.
+#include "facet.h"
 #include "store.h"
 
 namespace grouser::dem {
@@ -15,7 +16,7 @@ struct StepWork {
   R implicit;  ///< dt, or 0 for explicit tangential and rolling damping
   R gravity[3];
   R drag;     ///< [1/s] velocity and spin decay, 0: none
-  bool many;  ///< more than one pair of materials
+  bool many;  ///< grains of more than the first material
   bool rate;  ///< mu_r,eff = min(mur |v_t|^2, 1)
   bool rate_without_spin;
   bool spring_cap;  ///< only the springs are capped (LIGGGHTS), not the sum of spring and damping
@@ -39,6 +40,17 @@ struct WallSum {
   int contacts = 0;
 };
 
+/// A surface on its body, and where grains are: x in the frame of the body is turn^T ((p - origin) unit - from).
+template <class R>
+struct SurfaceWork {
+  const Grain<R>* grains;
+  ShapeKind kind;
+  Int<R> origin[3];
+  double unit[3], from[3];
+  double turn[3][3];          ///< rotation of the body
+  double radius, half_width;  ///< of a cylinder
+};
+
 struct StepLimits {
   double speed2 = 0;     ///< bound of |v|^2 [m2/s2]
   double stiffness = 0;  ///< largest sum of k_n/m over the contacts of a grain [1/s2]
@@ -48,7 +60,10 @@ template <class R>
 struct KernelOf {
   /// `e`: null, or where the energies are added; then `past` belongs to the blocks.
   void (*pairs)(const StepWork<R>&, Block<R>* first, Block<R>* last, Past<R>* past, Energies* e);
-  void (*walls)(const StepWork<R>&, WallBlock<R>* first, WallBlock<R>* last, WallSum& sum, Energies* e);
+  void (*walls)(const StepWork<R>&, const Motion<R>&, WallBlock<R>* first, WallBlock<R>* last, WallSum& sum,
+                Energies* e);
+  /// Geometry of contacts with triangles, spheres (a block of facets for every block) or a cylinder (none).
+  void (*touch)(const SurfaceWork<R>&, WallBlock<R>* first, WallBlock<R>* last, FacetBlock* facets);
   void (*integrate)(const StepWork<R>&, std::size_t first, std::size_t last, StepLimits& limits);
 };
 

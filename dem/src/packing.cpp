@@ -6,7 +6,9 @@
 
 namespace grouser::dem {
 
-std::vector<GrainState> scatter(const SoilSettings& soil, double lx, double ly, bool walls, double solid_volume) {
+std::vector<GrainState> scatter(const SoilSettings& soil, const PourSettings& p, double solid_volume) {
+  const double lx = p.lx, ly = p.ly;
+  const bool wall_x = p.walls, wall_y = p.walls || p.slab;
   if (!(lx > 2 * soil.largest && ly > 2 * soil.largest))
     throw DemError("the base of a packing must be wider than two of the largest grains");
   if (!(soil.smallest > 0 && soil.largest >= soil.smallest))
@@ -31,7 +33,7 @@ std::vector<GrainState> scatter(const SoilSettings& soil, double lx, double ly, 
     const double r = diameter / 2;
     for (int attempt = 0;; ++attempt) {
       if (attempt > 1000000) throw DemError("no room for another grain in the column");
-      const Vec3 x(walls ? r + u() * (lx - 2 * r) : u() * lx, walls ? r + u() * (ly - 2 * r) : u() * ly,
+      const Vec3 x(wall_x ? r + u() * (lx - 2 * r) : u() * lx, wall_y ? r + u() * (ly - 2 * r) : u() * ly,
                    r + u() * (height - 2 * r));
       const int c[3] = {std::min(nx - 1, static_cast<int>(x[0] / lx * nx)),
                         std::min(ny - 1, static_cast<int>(x[1] / ly * ny)), static_cast<int>(x[2] / cell)};
@@ -48,7 +50,8 @@ std::vector<GrainState> scatter(const SoilSettings& soil, double lx, double ly, 
             for (int o : in[at]) {
               const GrainState& other = out[static_cast<std::size_t>(o)];
               Vec3 s = x - other.x;
-              if (!walls) s[0] -= lx * std::round(s[0] / lx), s[1] -= ly * std::round(s[1] / ly);
+              if (!wall_x) s[0] -= lx * std::round(s[0] / lx);
+              if (!wall_y) s[1] -= ly * std::round(s[1] / ly);
               if (s.norm() < r + other.radius) {
                 free = false;
                 break;
@@ -129,82 +132,24 @@ SolverSettings solver_settings(const SoilSettings& soil) {
   return s;
 }
 
-namespace {
-
-/// Floor and, around a box, four planes.
 void add_container(Solver& solver, const PourSettings& p) {
   solver.add_floor(0, 1);
-  if (!p.walls) return;
+  if (!p.walls && !p.slab) return;
   const int walls = solver.add_body({});
-  solver.add_plane(walls, Vec3::Zero(), Vec3::UnitX(), 1);
-  solver.add_plane(walls, Vec3(p.lx, 0, 0), -Vec3::UnitX(), 1);
+  if (p.walls) {
+    solver.add_plane(walls, Vec3::Zero(), Vec3::UnitX(), 1);
+    solver.add_plane(walls, Vec3(p.lx, 0, 0), -Vec3::UnitX(), 1);
+  }
   solver.add_plane(walls, Vec3::Zero(), Vec3::UnitY(), 1);
   solver.add_plane(walls, Vec3(0, p.ly, 0), -Vec3::UnitY(), 1);
 }
 
 void set_domain(SolverSettings& s, const PourSettings& p, double top) {
-  const double beyond = p.walls ? 0.01 : 0;
-  s.domain.lo = Vec3(-beyond, -beyond, -0.01);
-  s.domain.hi = Vec3(p.lx + beyond, p.ly + beyond, top + 0.05);
-  s.domain.periodic = {!p.walls, !p.walls, false};
-}
-
-}  // namespace
-
-Packing pour(const SoilSettings& soil, const PourSettings& p, const Progress& progress) {
-  if (!(p.height > 0)) throw DemError("height of a packing must be positive");
-  // A column gets as much as the densest packing by falling takes, and is cut at the height; a box its share by mass.
-  const double solid = p.walls ? soil.bulk_density / soil.density * p.lx * p.ly * p.height
-                               : 0.62 * p.lx * p.ly * (p.height + soil.largest);
-  std::vector<GrainState> grains = scatter(soil, p.lx, p.ly, p.walls, solid);
-  double top = 0;
-  for (const GrainState& g : grains) top = std::max(top, g.x[2] + g.radius);
-  SolverSettings s = solver_settings(soil);
-  set_domain(s, p, top);
-  Packing out;
-  out.lx = p.lx;
-  out.ly = p.ly;
-  out.walls = p.walls;
-  const auto rest = [&](Solver& solver, double limit) {
-    Settling settling(2e-3, limit);
-    while (settling.step(solver))
-      if (progress) progress(settling.spent() / limit, solver.time());
-    out.settle_time += settling.spent();
-    out.residual_speed = settling.speed();
-  };
-  Solver solver(s, grains);
-  add_container(solver, p);
-  rest(solver, 1.5);
-  grains = solver.grains();
-  if (p.compaction > 0) {
-    for (const bool pressed : {true, false}) {
-      Solver again(s, grains);
-      add_container(again, p);
-      if (pressed) {
-        double highest = 0;
-        for (const GrainState& g : grains) highest = std::max(highest, g.x[2] + g.radius);
-        BodySettings lid;
-        lid.free = true;
-        lid.mass = p.compaction * p.lx * p.ly / s.gravity.norm();
-        lid.locked = {true, true, false, true, true, true};
-        lid.X_WB.p[2] = highest + 1e-5;
-        again.add_plane(again.add_body(lid), Vec3::Zero(), -Vec3::UnitZ(), 1);
-      }
-      rest(again, 1.0);
-      grains = again.grains();
-    }
-  }
-  for (const GrainState& g : grains)
-    if (p.walls || g.x[2] < p.height) out.grains.push_back(g);
-  for (GrainState& g : out.grains) g.v = g.w = Vec3::Zero();
-  out.height = surface_height(out.grains, p.lx, p.ly, soil.largest);
-  out.bulk_density = total_mass(out.grains) / (p.lx * p.ly * out.height);
-  if (soil.bulk_density > 0) {
-    for (GrainState& g : out.grains) g.density *= soil.bulk_density / out.bulk_density;
-    out.bulk_density = soil.bulk_density;
-  }
-  out.inputs = inputs_text(soil) + inputs_text(p);
-  return out;
+  const bool wall_x = p.walls, wall_y = p.walls || p.slab;
+  const double beyond_x = wall_x ? 0.01 : 0, beyond_y = wall_y ? 0.01 : 0;
+  s.domain.lo = Vec3(-beyond_x, -beyond_y, -0.01);
+  s.domain.hi = Vec3(p.lx + beyond_x, p.ly + beyond_y, top + 0.05);
+  s.domain.periodic = {!wall_x, !wall_y, false};
 }
 
 Packing pour_periodic(const SoilSettings& soil, double lx, double ly, double height, const Progress& progress) {
@@ -229,6 +174,7 @@ std::vector<GrainState> tile(const std::vector<GrainState>& grains, double lx, d
 
 Packing tile(const Packing& brick, int nx, int ny) {
   if (brick.walls) throw DemError("a packing poured into a box cannot be repeated");
+  if (brick.slab && ny > 1) throw DemError("a packing poured between walls square to y cannot be repeated along y");
   Packing p = brick;
   p.grains = tile(brick.grains, brick.lx, brick.ly, nx, ny);
   p.lx = nx * brick.lx;
@@ -239,7 +185,7 @@ Packing tile(const Packing& brick, int nx, int ny) {
 void cut_surface(Packing& p, const std::function<double(double, double)>& height) {
   std::erase_if(p.grains, [&](const GrainState& g) {
     const double x = p.walls ? g.x[0] : g.x[0] - p.lx * std::floor(g.x[0] / p.lx),
-                 y = p.walls ? g.x[1] : g.x[1] - p.ly * std::floor(g.x[1] / p.ly);
+                 y = p.walls || p.slab ? g.x[1] : g.x[1] - p.ly * std::floor(g.x[1] / p.ly);
     return g.x[2] > height(x, y);
   });
   if (p.grains.empty()) throw DemError("no grain is left below the surface asked for");
@@ -263,6 +209,7 @@ void relax(Packing& p, const SoilSettings& soil, double limit, const Progress& p
   box.lx = p.lx;
   box.ly = p.ly;
   box.walls = p.walls;
+  box.slab = p.slab;
   set_domain(s, box, top);
   Solver solver(s, p.grains);
   add_container(solver, box);

@@ -4,8 +4,11 @@
 
 namespace grouser::dem {
 
-/// Loose grains in a column above z = 0, none overlapping, of this solid volume together; `walls`: inside, not wrapped.
-std::vector<GrainState> scatter(const SoilSettings& soil, double lx, double ly, bool walls, double solid_volume);
+/// Loose grains in a column above z = 0, none overlapping, of this solid volume together; inside, not wrapped, between walls.
+std::vector<GrainState> scatter(const SoilSettings& soil, const PourSettings& p, double solid_volume);
+/// Floor and the walls that there are.
+void add_container(Solver& solver, const PourSettings& p);
+void set_domain(SolverSettings& s, const PourSettings& p, double top);
 /// Mean over squares of the highest grain top [m].
 double surface_height(const std::vector<GrainState>& grains, double lx, double ly, double square);
 double total_mass(const std::vector<GrainState>& grains);

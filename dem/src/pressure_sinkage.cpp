@@ -104,7 +104,7 @@ std::unique_ptr<SoilTest> make_pressure_sinkage(const SoilSettings& soil, const 
   if (!(test.rate > 0 && test.sinkage > 0 && test.depth > test.sinkage && test.brick > 0))
     throw DemError("pressure-sinkage: rate and sinkage must be positive, the soil deeper than the sinkage");
   if (test.samples < 1) throw DemError("pressure-sinkage: at least one sample");
-  if (brick.walls || brick.lx != test.brick || brick.ly != test.brick)
+  if (brick.walls || brick.slab || brick.lx != test.brick || brick.ly != test.brick)
     throw DemError("pressure-sinkage: the packing must be a periodic brick of the size named");
   const int nx = static_cast<int>(std::lround(test.bin_x / test.brick)),
             ny = static_cast<int>(std::lround(test.bin_y / test.brick));

@@ -23,7 +23,7 @@ RollingBed::RollingBed(const Packing& brick, const RollingBedSettings& s)
   if (s.bricks < 4) refuse("%d bricks; at least 4", s.bricks);
   if (s.ahead < 1 || s.ahead > s.bricks - 3) refuse("%d bricks ahead; 1 to %d are allowed", s.ahead, s.bricks - 3);
   if (!(s.spare > 0 && s.room > 0)) refuse("spare and room must be positive; they are %g and %g m", s.spare, s.room);
-  if (brick.walls) refuse("the brick was poured into a box; a periodic one is needed");
+  if (brick.walls || brick.slab) refuse("the brick was poured into a box; a periodic one is needed");
   if (brick.grains.empty()) refuse("the brick has %d grains", 0);
   for (GrainState& g : brick_.grains) {
     if (g.frozen) refuse("a brick with frozen grains cannot be laid");

@@ -4,7 +4,43 @@
 #include <cmath>
 #include <limits>
 
+#include "touch.h"
+
 namespace grouser::dem {
+
+namespace {
+
+Vec3L<double> plain(const Vec3& x) { return {x[0], x[1], x[2]}; }
+
+Facet triangle_facet(const Vec3& a, const Vec3& b, const Vec3& c) {
+  using N = FacetField;
+  const Vec3 u = b - a, v = c - a, w = c - b, n = u.cross(v).normalized();
+  Facet f{};
+  for (int k = 0; k < 3; ++k) {
+    const auto at = static_cast<std::size_t>(k);
+    f[N::corner + at] = a[k];
+    f[N::u + at] = u[k];
+    f[N::v + at] = v[k];
+    f[N::normal + at] = n[k];
+  }
+  f[N::uu] = u.dot(u);
+  f[N::uv] = u.dot(v);
+  f[N::vv] = v.dot(v);
+  f[N::inv_uu] = 1 / u.dot(u);
+  f[N::inv_vv] = 1 / v.dot(v);
+  f[N::inv_ww] = 1 / w.dot(w);
+  f[N::inv_det] = 1 / u.cross(v).squaredNorm();
+  return f;
+}
+
+Facet sphere_facet(const Vec3& centre, double radius) {
+  Facet f{};
+  for (int k = 0; k < 3; ++k) f[FacetField::corner + static_cast<std::size_t>(k)] = centre[k];
+  f[FacetField::radius] = radius;
+  return f;
+}
+
+}  // namespace
 
 Shape Shape::plane(const Vec3& point, const Vec3& normal) {
   Shape s;
@@ -27,6 +63,10 @@ Shape Shape::mesh(Mesh m, bool solid) {
   s.solid_ = solid;
   s.kind_ = ShapeKind::mesh;
   for (const Vec3& v : m.vertices) s.extent_ = std::max(s.extent_, v.norm());
+  for (const auto& t : m.triangles) {
+    const auto at = [&](std::size_t k) { return m.vertices[static_cast<std::size_t>(t[k])]; };
+    s.facets_.push_back(triangle_facet(at(0), at(1), at(2)));
+  }
   s.mesh_ = std::move(m);
   return s;
 }
@@ -34,6 +74,7 @@ Shape Shape::spheres(std::vector<Vec3> centres, std::vector<double> radii) {
   Shape s;
   s.kind_ = ShapeKind::spheres;
   for (std::size_t k = 0; k < centres.size(); ++k) s.extent_ = std::max(s.extent_, centres[k].norm() + radii[k]);
+  for (std::size_t k = 0; k < centres.size(); ++k) s.facets_.push_back(sphere_facet(centres[k], radii[k]));
   s.centres_ = std::move(centres);
   s.radii_ = std::move(radii);
   return s;
@@ -103,28 +144,25 @@ void Shape::prepare(double reach) {
   }
 }
 
-/// Nearest point of a triangle (Ericson 2005, section 5.1.5: regions of Voronoi).
-Vec3 Shape::nearest_on(std::uint32_t triangle, const Vec3& p) const {
-  const auto& t = mesh_.triangles[triangle];
-  const Vec3 &a = mesh_.vertices[static_cast<std::size_t>(t[0])], &b = mesh_.vertices[static_cast<std::size_t>(t[1])],
-             &c = mesh_.vertices[static_cast<std::size_t>(t[2])];
-  const Vec3 ab = b - a, ac = c - a, ap = p - a;
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-  if (d1 <= 0 && d2 <= 0) return a;
-  const Vec3 bp = p - b;
-  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-  if (d3 >= 0 && d4 <= d3) return b;
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + d1 / (d1 - d3) * ab;
-  const Vec3 cp = p - c;
-  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-  if (d6 >= 0 && d5 <= d6) return c;
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + d2 / (d2 - d6) * ac;
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 >= d3 && d5 >= d6) return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
-  const double sum = 1 / (va + vb + vc);
-  return a + ab * (vb * sum) + ac * (vc * sum);
+Vec3 Shape::nearest_on(std::uint32_t triangle, const Vec3& x) const {
+  const Facet& f = facets_[triangle];
+  const Near<double> t = near_triangle<double>(plain(x), [&f](int k) { return f[static_cast<std::size_t>(k)]; });
+  return {t.point.x, t.point.y, t.point.z};
+}
+
+double Shape::distance_to(std::uint32_t part, const Vec3& x) const {
+  const auto field = [&](int k) { return facets_[part][static_cast<std::size_t>(k)]; };
+  switch (kind_) {
+    case ShapeKind::plane:
+      return (x - point_).dot(normal_);
+    case ShapeKind::mesh:
+      return near_triangle<double>(plain(x), field).distance;
+    case ShapeKind::spheres:
+      return near_sphere<double>(plain(x), field).distance;
+    case ShapeKind::cylinder:
+      return near_cylinder<double>(plain(x), radius_, half_width_).distance;
+  }
+  return 0;
 }
 
 double Shape::distance(const Vec3& x, double beyond) const {
@@ -133,56 +171,8 @@ double Shape::distance(const Vec3& x, double beyond) const {
     for (std::size_t k = 0; k < centres_.size(); ++k) d = std::min(d, (x - centres_[k]).norm() - radii_[k]);
     return d;
   }
-  each_part_near(x, [&](std::uint32_t part) { d = std::min(d, touch(part, x).distance); });
+  each_part_near(x, [&](std::uint32_t part) { d = std::min(d, distance_to(part, x)); });
   return solid_ && x.norm() < extent_ && mesh_.contains(x) ? -d : d;
-}
-
-Touch Shape::touch(std::uint32_t part, const Vec3& x) const {
-  Touch t;
-  const auto outside = [&](const Vec3& q) {
-    t.point = q;
-    const Vec3 d = q - x;
-    t.distance = d.norm();
-    t.normal = t.distance > 0 ? Vec3(d / t.distance) : Vec3::UnitZ();
-  };
-  switch (kind_) {
-    case ShapeKind::plane:
-      t.distance = (x - point_).dot(normal_);
-      t.normal = -normal_;
-      t.point = x - t.distance * normal_;
-      break;
-    case ShapeKind::mesh:
-      outside(nearest_on(part, x));
-      break;
-    case ShapeKind::spheres: {
-      const Vec3 d = centres_[part] - x;
-      const double length = d.norm();
-      t.normal = d / length;
-      t.distance = length - radii_[part];
-      t.point = x + t.distance * t.normal;
-      t.curvature = 1 / radii_[part];
-      break;
-    }
-    case ShapeKind::cylinder: {
-      const double rho = std::hypot(x[0], x[2]);
-      const Vec3 out = rho > 0 ? Vec3(x[0] / rho, 0, x[2] / rho) : Vec3::UnitX();
-      const bool between = std::fabs(x[1]) <= half_width_;
-      if (between && (rho >= radius_ || radius_ - rho <= half_width_ - std::fabs(x[1]))) {
-        t.distance = rho - radius_;
-        t.normal = -out;
-        t.point = Vec3(radius_ * out[0], x[1], radius_ * out[2]);
-      } else if (rho <= radius_) {
-        const double side = x[1] < 0 ? -1 : 1;
-        t.distance = std::fabs(x[1]) - half_width_;
-        t.normal = Vec3(0, -side, 0);
-        t.point = Vec3(x[0], side * half_width_, x[2]);
-      } else {
-        outside(Vec3(radius_ * out[0], std::copysign(half_width_, x[1]), radius_ * out[2]));
-      }
-      break;
-    }
-  }
-  return t;
 }
 
 }  // namespace grouser::dem

@@ -2,18 +2,10 @@
 // Geometry of one surface in the frame of its body: which parts a sphere may touch, and where.
 #include <vector>
 
+#include "facet.h"
 #include "grouser/dem/surface.h"
 
 namespace grouser::dem {
-
-struct Touch {
-  Vec3 point = Vec3::Zero();   ///< nearest point of the part
-  Vec3 normal = Vec3::Zero();  ///< unit, from the sphere's centre to the surface
-  double distance = 0;         ///< centre to surface, negative when the centre is inside
-  double curvature = 0;        ///< 1/radius of the part [1/m], 0: flat
-};
-
-enum class ShapeKind { plane, mesh, cylinder, spheres };
 
 class Shape {
  public:
@@ -43,9 +35,15 @@ class Shape {
     const std::size_t at = (static_cast<std::size_t>(c[0]) * n_[1] + c[1]) * n_[2] + c[2];
     for (std::uint32_t e = start_[at]; e < start_[at + 1]; ++e) f(part_[e]);
   }
-  Touch touch(std::uint32_t part, const Vec3& x) const;
-  /// Distance of a point from a triangle of the mesh.
+  /// Centre to part, negative when the centre is inside.
+  double distance_to(std::uint32_t part, const Vec3& x) const;
+  /// Nearest point of a triangle of the mesh.
   Vec3 nearest_on(std::uint32_t triangle, const Vec3& x) const;
+  const Facet& facet(std::uint32_t part) const { return facets_[part]; }
+  /// 1/radius of a sphere [1/m], 0 for all others.
+  double curvature(std::uint32_t part) const { return kind_ == ShapeKind::spheres ? 1 / radii_[part] : 0; }
+  double radius() const { return radius_; }  ///< of a cylinder
+  double half_width() const { return half_width_; }
   double extent() const { return extent_; }
   /// Distance of a point from the surface, or `beyond` when it is outside the reach prepared for; negative inside a
   /// cylinder, a sphere, a solid mesh, behind a plane.
@@ -59,6 +57,7 @@ class Shape {
   bool solid_ = false;
   std::vector<Vec3> centres_;
   std::vector<double> radii_;
+  std::vector<Facet> facets_;  ///< of triangles or spheres
   // Uniform cells over the parts, each listing what is within reach of any point in it.
   Vec3 lo_ = Vec3::Zero();
   double cell_ = 1;

@@ -66,7 +66,7 @@ std::string inputs_text(const SoilSettings& s) {
 
 std::string inputs_text(const PourSettings& p) {
   std::string t;
-  put_line(t, "pour", p.walls ? "box" : "periodic");
+  put_line(t, "pour", p.walls ? "box" : p.slab ? "slab" : "periodic");
   put_line(t, "lx_m", p.lx);
   put_line(t, "ly_m", p.ly);
   put_line(t, "height_m", p.height);

@@ -35,7 +35,8 @@ struct Solver::Impl {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr long kAdaptEvery = 64;  ///< steps
+constexpr long kAdaptEvery = 64;      ///< steps
+constexpr std::uint32_t kLayout = 2;  ///< of what is saved: changes with the records of grains and contacts
 
 [[noreturn]] void refuse(const char* format, auto... a) {
   char text[300];
@@ -69,6 +70,7 @@ class Engine final : public Solver::Impl {
       size_.push_back({input[k].radius, input[k].density});
     }
     material_.shrink_to_fit();
+    look_at_materials();
     ids_.shrink_to_fit();
     size_.shrink_to_fit();
     lists_.ledger = set.ledger;
@@ -222,12 +224,18 @@ class Engine final : public Solver::Impl {
       size_[n] = {states[k].radius, states[k].density};
       material_[n] = static_cast<std::uint8_t>(states[k].material);
     }
+    look_at_materials();
     lists_.forget(marked);
     walls_.forget(marked);
     sort_due_ = true;
   }
 
   void traverse(State& s) override {
+    std::uint32_t layout = kLayout;
+    s.field("layout", layout);
+    if (layout != kLayout)
+      refuse("state of layout %u; this program has %u: remove the checkpoint, or go on with the program that wrote it",
+             layout, kLayout);
     s.field("time", time);
     if (set.adapt > 0) s.field("dt", set.dt);
     if (set.exchange) {
@@ -266,6 +274,8 @@ class Engine final : public Solver::Impl {
     lists_.each_array(array);
     walls_.each_array(chunks().size(), array);
     if (s.loading()) {
+      look_at_materials();
+      walls_.complete(ids_.size());
       // Sums are zero between steps.
       loads_.assign(grains_.size(), Load<R>{});
       limits_.assign(chunks().size(), StepLimits{});
@@ -307,9 +317,14 @@ class Engine final : public Solver::Impl {
     }
     s.field(name, b);
     if (s.loading()) {
+      if (b.size() % sizeof(T) != 0) refuse("damaged state: %s", name);
       a.resize(b.size() / sizeof(T));
       if (!b.empty()) std::memcpy(static_cast<void*>(a.data()), b.data(), b.size());
     }
+  }
+
+  void look_at_materials() {
+    several_ = std::any_of(material_.begin(), material_.end(), [](std::uint8_t m) { return m != 0; });
   }
 
   void put(const GrainState& in, Grain<R>& g) const {
@@ -338,7 +353,7 @@ class Engine final : public Solver::Impl {
     w.dt = static_cast<R>(set.dt);
     w.implicit = set.law.damping == Damping::implicit_ ? w.dt : R(0);
     w.drag = static_cast<R>(set.drag);
-    w.many = set.materials.materials.size() > 1;
+    w.many = several_;
     w.rate = set.law.rolling != RollingCoefficient::constant;
     w.rate_without_spin = set.law.rolling == RollingCoefficient::rate_without_spin;
     w.spring_cap = set.law.cap == Cap::springs;
@@ -379,9 +394,10 @@ class Engine final : public Solver::Impl {
     if (chunks()[c].pairs_due || chunks()[c].walls_due) refresh(c);
     Energies* e = set.ledger ? &(energies_[c] = Energies{}) : nullptr;
     if (!walls_.empty()) {
-      walls_.geometry(c, space_, grains_, ids_.size());
-      walls_.each_surface(
-          c, [&](WallBlock<R>* first, WallBlock<R>* last, WallSum& sum) { k.walls(w, first, last, sum, e); });
+      walls_.geometry(c, space_, grains_, ids_.size(), k);
+      walls_.each_surface(c, [&](const Motion<R>& motion, WallBlock<R>* first, WallBlock<R>* last, WallSum& sum) {
+        k.walls(w, motion, first, last, sum, e);
+      });
     }
     k.pairs(w, lists_.first(c), lists_.last(c), lists_.past(c), e);
   }
@@ -515,7 +531,8 @@ class Engine final : public Solver::Impl {
   std::uint64_t renewed_ = 0;    ///< lists of chunks
   bool sort_due_ = false;
   double stiffest_ = 0;
-  double largest_ = 0;  ///< radius at the start
+  double largest_ = 0;    ///< radius at the start
+  bool several_ = false;  ///< grains of other materials than the first
 };
 
 void check_grain(const SolverSettings& s, std::size_t k, const GrainState& g) {

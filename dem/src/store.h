@@ -86,10 +86,15 @@ struct alignas(64) WallBlock {
   std::uint32_t i[kBlock], part[kBlock];  ///< part: triangle or sphere of the surface
   R s[3][kBlock], t[3][kBlock];
   // Written by the geometry of the surface before the law runs.
-  R n[3][kBlock], delta[kBlock], curvature[kBlock];
-  R v[3][kBlock], w[3][kBlock];  ///< velocity of the surface at the contact, its spin
-  R at[3][kBlock];               ///< contact from the origin of the body
-  Past<R> past;                  ///< used with the ledger only
+  R n[3][kBlock], delta[kBlock];
+  R at[3][kBlock];      ///< contact from the origin of the body
+  R curvature[kBlock];  ///< 1/radius of the part, 0: flat; does not change
+  Past<R> past;         ///< used with the ledger only
+};
+/// Of the body of a surface.
+template <class R>
+struct Motion {
+  R v[3], w[3];  ///< velocity of its origin, spin
 };
 
 inline constexpr int kTypes = 16;  ///< pairs of materials at most

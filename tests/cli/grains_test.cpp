@@ -1,6 +1,9 @@
 // Soil tests, runs and beds of grains as a user calls them: results, messages, and what is left after a kill.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <regex>
 
 #include "command.h"
@@ -61,6 +64,72 @@ TEST(SoilCommand, AKilledTestContinuesWithTheSameBits) {
   const fs::path pair = scratch() / "pair";
   ASSERT_EQ(grouser_command(test + pair.string() + " --threads 2", source).code, 0);
   EXPECT_EQ(read_text(whole / "mean.csv"), read_text(pair / "mean.csv"));
+}
+
+TEST(BedCommand, AKilledPourContinuesWithTheSameBits) {
+  const std::string bed =
+      "dem bed '" + (quick / "bed_sinusoid.yaml").string() + "' --quiet --checkpoint-every 0 --out ";
+  const fs::path whole = scratch() / "whole_bed.h5", parts = scratch() / "parts_bed.h5";
+  const CommandResult one = grouser_command(bed + whole.string(), source);
+  ASSERT_EQ(one.code, 0) << one.err;
+  ASSERT_TRUE(killed_after(bed + parts.string(), scratch() / "parts_bed.checkpoint.h5"));
+  EXPECT_FALSE(fs::exists(parts));
+  const CommandResult two = grouser_command(bed + parts.string(), source);
+  ASSERT_EQ(two.code, 0) << two.err;
+  EXPECT_FALSE(fs::exists(scratch() / "parts_bed.checkpoint.h5"));
+  // The same grains in the same places: one bed answers for the other's run, which names the hash of its last state.
+  const auto state_of = [](const fs::path& file) {
+    const std::string text =
+        "dem: bed at rest\ndomain: {lower: [0 mm, 0 mm, -10 mm], upper: [120 mm, 40 mm, 200 mm], periodic: [x, y]}\n"
+        "grains: {bed: '" +
+        file.string() +
+        "'}\nlaw: {rolling: constant}\n"
+        "materials: [{name: a, young_modulus: 70 MPa, poisson_ratio: 0.3}]\n"
+        "pairs: [{of: [a, a], friction: 0.5, restitution: 0.5, rolling_coefficient: 0.1}]\n"
+        "time_step: 5 us\nduration: 1 ms\n"
+        "bodies: [{name: floor, material: a, surfaces: [{plane: {point: [0 mm, 0 mm, 0 mm], normal: [0, 0, 1]}}]}]\n";
+    std::ofstream(scratch() / "rest.yaml") << text;
+    const CommandResult r = grouser_command("dem run rest.yaml --quiet --overwrite --out rest", scratch());
+    EXPECT_EQ(r.code, 0) << r.err;
+    const auto at = r.out.find("state ");
+    return at == std::string::npos ? "" : r.out.substr(at, 22);
+  };
+  EXPECT_EQ(state_of(whole), state_of(parts));
+}
+
+TEST(RunCommand, StepsByThemselvesFollowTheRayleighTime) {
+  // The number of steps says what the step was.
+  const fs::path data = quick / "data" / "eight_grains.csv";
+  changed(quick / "collision.yaml", "data/eight_grains.csv", data.string(), "whole_path.yaml");
+  double least = 1e30;
+  std::ifstream csv(data);
+  std::string line;
+  while (std::getline(csv, line) && line.rfind("x,y,z,radius,density", 0) != 0) {
+  }
+  while (std::getline(csv, line)) {
+    double x[5];
+    ASSERT_EQ(std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf", x, x + 1, x + 2, x + 3, x + 4), 5);
+    // Johnson 1985: speed of Rayleigh waves (0.1631 nu + 0.8766) sqrt(G/rho), half way round the sphere.
+    const double shear = 70e6 / (2 * (1 + 0.25));
+    least = std::min(least, 3.14159265358979 * x[3] / ((0.1631 * 0.25 + 0.8766) * std::sqrt(shear / x[4])));
+  }
+  const auto steps = [](const std::string& file) {
+    const CommandResult r = grouser_command("dem run " + file + " --quiet --overwrite --out steps", scratch());
+    EXPECT_EQ(r.code, 0) << r.err;
+    const auto at = r.out.find("grains, ");
+    return at == std::string::npos ? 0.0 : std::atof(r.out.c_str() + at + 8);
+  };
+  changed(scratch() / "whole_path.yaml", "time_step: 5 us", "time_step: auto", "auto.yaml");
+  EXPECT_NEAR(steps("auto.yaml"), 0.3 / (0.17 * least), 1);
+  changed(scratch() / "whole_path.yaml", "time_step: 5 us", "time_step: auto\nstep_share: 0.1", "share.yaml");
+  EXPECT_NEAR(steps("share.yaml"), 0.3 / (0.1 * least), 1);
+  // Eight grains, mostly flying: as long as allowed, 0.4, after a beginning at 0.17 and short ones while they collide.
+  changed(scratch() / "whole_path.yaml", "time_step: 5 us", "time_step: adaptive", "adaptive.yaml");
+  const double adaptive = steps("adaptive.yaml");
+  EXPECT_GT(adaptive, 0.3 / (0.4 * least));
+  EXPECT_LT(adaptive, 0.3 / (0.17 * least));
+  changed(scratch() / "whole_path.yaml", "time_step: 5 us", "time_step: adaptiv", "wrong_step.yaml");
+  EXPECT_EQ(grouser_command("dem run wrong_step.yaml --out wrong_step", scratch()).code, 2);
 }
 
 TEST(SoilCommand, ResultsOfOtherInputsAreNotMixedIn) {

@@ -1,9 +1,12 @@
 // Beds on disk, cut and frozen, and the two tests that need no plate: heap and oedometer.
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cmath>
+#include <csignal>
 #include <filesystem>
+#include <memory>
 
 #include "grouser/dem/soil_test.h"
 #include "grouser/terrain/recorder.h"
@@ -43,6 +46,103 @@ TEST(Bed, ComesBackFromDiskBitForBit) {
     EXPECT_EQ(p.grains[k].density, q.grains[k].density);
     EXPECT_EQ(p.grains[k].frozen, q.grains[k].frozen);
   }
+}
+
+/// The same places and spins, bit by bit.
+void expect_same(const Packing& a, const Packing& b) {
+  EXPECT_EQ(a.height, b.height);
+  EXPECT_EQ(a.settle_time, b.settle_time);
+  EXPECT_EQ(a.residual_speed, b.residual_speed);
+  ASSERT_EQ(a.grains.size(), b.grains.size());
+  for (std::size_t k = 0; k < a.grains.size(); ++k) {
+    EXPECT_EQ(a.grains[k].x, b.grains[k].x);
+    EXPECT_EQ(a.grains[k].density, b.grains[k].density);
+  }
+}
+
+TEST(Pouring, GoesOnFromAnyPieceWithTheSameBits) {
+  // Saved while falling, pressed and let go again, and continued by another object each time.
+  SoilSettings soil = coarse(0.3);
+  PourSettings p;
+  p.lx = p.ly = 0.04;
+  p.height = 0.02;
+  p.compaction = 5e3;
+  Pouring whole(soil, p);
+  int pieces = 1;
+  while (whole.advance()) ++pieces;
+  auto part = std::make_unique<Pouring>(soil, p);
+  for (int k = 1; part->advance(); ++k) {
+    if (k % 7 != 3) continue;
+    State s;
+    part->traverse(s);
+    part = std::make_unique<Pouring>(soil, p);
+    s.rewind(State::Mode::load);
+    part->traverse(s);
+    s.finish();
+  }
+  expect_same(whole.packing(), part->packing());
+  EXPECT_GT(pieces, 15);
+}
+
+TEST(Pouring, ThatWasKilledIsContinuedFromTheCheckpointOfTheCache) {
+  const auto folder = scratch("-killed");
+  std::filesystem::create_directories(folder);
+  PourSettings p;
+  p.lx = p.ly = 0.04;
+  p.height = 0.02;
+  const Packing whole = pour(coarse(0.3), p);
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    // After every piece a checkpoint; gone in the middle, without a word.
+    int piece = 0;
+    cached_packing(
+        coarse(0.3), p, folder,
+        [&](double, double) {
+          if (++piece == 8) ::kill(::getpid(), SIGKILL);
+        },
+        0);
+    ::_exit(3);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  int pieces = 0, of_whole = 0;
+  cached_packing(coarse(0.3), p, scratch("-other"), [&](double, double) { ++of_whole; });
+  const Packing again = cached_packing(coarse(0.3), p, folder, [&](double, double) { ++pieces; });
+  expect_same(whole, again);
+  EXPECT_EQ(pieces, of_whole - 7);
+  // Nothing but the bed is left.
+  int files = 0;
+  for ([[maybe_unused]] const auto& e : std::filesystem::directory_iterator(folder)) ++files;
+  EXPECT_EQ(files, 1);
+  std::filesystem::remove_all(folder);
+  std::filesystem::remove_all(scratch("-other"));
+}
+
+TEST(Slab, StandsBetweenItsWallsAndIsPeriodicAlongX) {
+  PourSettings p;
+  p.lx = 0.05;
+  p.ly = 0.03;
+  p.height = 0.03;
+  p.slab = true;
+  const Packing slab = pour(coarse(0.3), p);
+  EXPECT_TRUE(slab.slab);
+  double across = 0;
+  for (const GrainState& g : slab.grains) {
+    // Walls give way by micrometres.
+    EXPECT_GT(g.x[1], g.radius - 2e-5);
+    EXPECT_LT(g.x[1], p.ly - g.radius + 2e-5);
+    const double x = g.x[0] - p.lx * std::floor(g.x[0] / p.lx);
+    across += x < g.radius || x > p.lx - g.radius;
+  }
+  EXPECT_GT(across, 0);
+  const auto file = scratch("-slab.h5");
+  write_bed(slab, file, "test");
+  EXPECT_TRUE(read_bed(file).slab);
+  std::filesystem::remove(file);
+  EXPECT_NO_THROW(tile(slab, 2, 1));
+  EXPECT_THROW(tile(slab, 1, 2), DemError);
 }
 
 TEST(Bed, FromTheCacheIsTheOnePoured) {

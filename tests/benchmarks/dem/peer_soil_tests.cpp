@@ -1,6 +1,6 @@
 // Direct shear and pressure-sinkage on one packing: run here with two laws, and written as input of LIGGGHTS.
-//   peer_soil_tests shear PRESSURE_Pa | sinkage 0  SEED BEDS OUT
-// leaves OUT/own.csv (its law, damping implicit, 8 us), OUT/same_law.csv (LIGGGHTS' law and step) and OUT/in.liggghts.
+//   peer_soil_tests shear PRESSURE_Pa | sinkage 0  SEED BEDS OUT [rolling=0.3] [step_us=8] [peer_step_us=2.2]
+// leaves OUT/own.csv (its law, damping implicit, its step), OUT/same_law.csv (LIGGGHTS' law and step) and OUT/in.liggghts.
 // peer_soil_tests.sh runs LIGGGHTS on it and collects.
 #include <chrono>
 #include <cstdlib>
@@ -18,12 +18,15 @@ using namespace peer;
 
 namespace {
 
-constexpr double kPeerStep = 2.2e-6, kRest = 0.2, kGap = 2e-4;
+constexpr double kRest = 0.2, kGap = 2e-4;
+
+double rolling = 0.3, own_step = 8e-6, peer_step = 2.2e-6;
 
 SoilSettings soil_of(unsigned seed) {
   SoilSettings s;  // Table 4.2
   s.law.rolling = RollingCoefficient::constant;
-  s.materials.pair(0, 0).rolling = 0.3;
+  s.materials.pair(0, 0).rolling = rolling;
+  s.dt = own_step;
   s.seed = seed;
   return s;
 }
@@ -31,7 +34,7 @@ SoilSettings soil_of(unsigned seed) {
 SoilSettings same_law(SoilSettings s) {
   s.law.cap = Cap::springs;
   s.law.damping = Damping::explicit_;
-  s.dt = kPeerStep;
+  s.dt = peer_step;
   return s;
 }
 
@@ -109,10 +112,11 @@ void shear(const SoilSettings& soil, double pressure, const fs::path& beds, cons
   write_data(out / "data", atoms, Vec3(-t.side, -t.side, -0.02), Vec3(t.side, t.side, top + 0.05));
   write_stl(out / "lower.stl", half_box(t.side, 0, split, true, h, h + ledge, split));
   write_stl(out / "upper.stl", half_box(t.side, split, top + 0.02, false, -h - ledge, -h, split));
-  const long rest = std::lround(kRest / kPeerStep),
-             every = std::lround(t.displacement / t.rate / t.samples / kPeerStep);
+  const long rest = std::lround(kRest / peer_step),
+             every = std::lround(t.displacement / t.rate / t.samples / peer_step);
   auto in = fmt::output_file((out / "in.liggghts").string());
-  in.print(fmt::runtime(kLaw), fmt::arg("boundary", "f f f"), fmt::arg("rolling", 0.3), fmt::arg("step", kPeerStep));
+  in.print(fmt::runtime(kLaw), fmt::arg("boundary", "f f f"), fmt::arg("rolling", rolling),
+           fmt::arg("step", peer_step));
   in.print(R"(group grains id 1:{0}
 group plate id {1}:{2}
 neigh_modify exclude group plate plate
@@ -161,9 +165,10 @@ void sinkage(const SoilSettings& soil, const fs::path& beds, const fs::path& out
     add_quad(plate, corner(q[0]), corner(q[1]), corner(q[2]), corner(q[3]));
   write_stl(out / "plate.stl", plate);
   const double above = std::max(0.0, top - brick.height) + kGap, travel = t.sinkage + above;
-  const long every = std::lround(travel / t.rate / t.samples / kPeerStep);
+  const long every = std::lround(travel / t.rate / t.samples / peer_step);
   auto in = fmt::output_file((out / "in.liggghts").string());
-  in.print(fmt::runtime(kLaw), fmt::arg("boundary", "p p f"), fmt::arg("rolling", 0.3), fmt::arg("step", kPeerStep));
+  in.print(fmt::runtime(kLaw), fmt::arg("boundary", "p p f"), fmt::arg("rolling", rolling),
+           fmt::arg("step", peer_step));
   in.print(R"(fix floor all wall/gran {0} primitive type 1 zplane 0.0
 fix plate all mesh/surface/stress file plate.stl type 2 curvature 1e-5 stress on reference_point 0 0 0
 fix walls all wall/gran {0} mesh n_meshes 1 meshes plate
@@ -175,14 +180,28 @@ variable z equal {2:.9g}+{1}*(step-{5})*dt
 fix series all ave/time 1 {3} {3} v_fz v_z file series.txt
 run {4}
 )",
-           kModel, t.rate, brick.height - top - kGap, every, every * t.samples, std::lround(kRest / 2 / kPeerStep));
+           kModel, t.rate, brick.height - top - kGap, every, every * t.samples, std::lround(kRest / 2 / peer_step));
 }
 
 }  // namespace
 
 int main(int argc, char** argv) try {
-  if (argc != 6) {
-    std::cerr << "usage: peer_soil_tests shear PRESSURE_Pa | sinkage 0  SEED BEDS OUT\n";
+  bool known = argc >= 6;
+  for (int k = 6; k < argc; ++k) {
+    const std::string option = argv[k], key = option.substr(0, option.find('='));
+    const double value = std::atof(option.substr(std::min(option.size(), key.size() + 1)).c_str());
+    if (key == "rolling")
+      rolling = value;
+    else if (key == "step_us")
+      own_step = 1e-6 * value;
+    else if (key == "peer_step_us")
+      peer_step = 1e-6 * value;
+    else
+      known = false;
+  }
+  if (!known) {
+    std::cerr << "usage: peer_soil_tests shear PRESSURE_Pa | sinkage 0  SEED BEDS OUT [rolling=] [step_us=] "
+                 "[peer_step_us=]\n";
     return 2;
   }
   const SoilSettings soil = soil_of(static_cast<unsigned>(std::atoi(argv[3])));

@@ -21,7 +21,7 @@ case_() { # code rolling step_us
 for mu in 0.3 1; do
   for dt in 4 8 12 16 20 24; do case_ own $mu $dt; done
   for dt in 2.2 4 8 12; do case_ same_law $mu $dt; done
-  for dt in 8 4 6 12 2.2 3; do case_ liggghts $mu $dt; done
+  for dt in 2.2 4 6 8 12 16 20; do case_ liggghts $mu $dt; done
 done
 { echo "code,rolling,step_us,drawbar_N,drawbar_sd_N,load_N,translation_J,rotation_J,largest_rotation_J,processor_s_per_s"
   for d in *_*_*/; do

@@ -63,6 +63,7 @@ int main(int argc, char** argv) {
   s.law = law;
   try {
     dem::Solver solver(s, grains);
+    grains = {};  // so that the largest memory of the process is that of the solver
     solver.add_floor();
     if (warm > 0) {
       solver.set_drag(50);

@@ -2,6 +2,7 @@
 // Soil as grains: its parameters, and packings poured from it.
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,8 @@ struct PourSettings {
   /// false: periodic column, cut at `height`. true: box with smooth walls (material 1) that gets the mass of its volume
   /// at the bulk density; its surface ends where it ends.
   bool walls = false;
+  /// With `walls` false: smooth walls square to y, periodic along x. Cut at `height`, as a column.
+  bool slab = false;
   double compaction = 0;  ///< [Pa] pressed by a smooth lid and let go again
 };
 std::string inputs_text(const PourSettings& p);
@@ -47,6 +50,7 @@ struct Packing {
   std::vector<GrainState> grains;  ///< at rest; x, y from 0
   double lx = 0, ly = 0;           ///< base [m]
   bool walls = false;              ///< false: periodic
+  bool slab = false;               ///< periodic along x only
   double height = 0;          ///< of the surface: mean of the highest grain tops over squares as wide as a grain [m]
   double bulk_density = 0;    ///< mass over base area and height [kg/m3]
   double settle_time = 0;     ///< simulated [s]
@@ -56,6 +60,28 @@ struct Packing {
 /// Grains rained into a column or box, settled under gravity, compacted where asked, density scaled to the aim. Seeded.
 /// @throws DemError: sizes not positive, base narrower than two large grains.
 Packing pour(const SoilSettings& soil, const PourSettings& p, const Progress& progress = {});
+/// The same in pieces that can be saved in between and continued with the same bits.
+class Pouring {
+ public:
+  /// @throws DemError as pour.
+  Pouring(const SoilSettings& soil, const PourSettings& p);
+  ~Pouring();
+  bool advance();       ///< 20 ms further; false: at rest, the packing is ready
+  double done() const;  ///< part of the time that this stage may take
+  double time() const;  ///< simulated in this stage [s]
+  Packing packing() const;
+  /// Save, load. Loading wants the same inputs and nothing done yet.
+  void traverse(State& s);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+/// The same with its state saved in `checkpoint` every `every` seconds of the clock, and continued from there when that is a state of
+/// the same inputs and version (another one is ignored). The file stays: whoever stores the packing removes it afterwards.
+/// @throws DemError; ResultsError when the file is damaged or cannot be written.
+Packing pour(const SoilSettings& soil, const PourSettings& p, const std::filesystem::path& checkpoint, double every,
+             const Progress& progress = {});
 /// The same for a periodic column lx x ly.
 Packing pour_periodic(const SoilSettings& soil, double lx, double ly, double height, const Progress& progress = {});
 /// Copies of a periodic packing side by side.
@@ -79,8 +105,9 @@ void write_bed(const Packing& p, const std::filesystem::path& file, const std::s
 /// @throws ResultsError: not a bed, or its content does not match its hash.
 Packing read_bed(const std::filesystem::path& file);
 /// The packing of these inputs from `folder`, poured and stored there when it is not yet. Safe from several threads and
-/// processes. An empty folder: poured every time.
+/// processes: of two that want the same packing at once, one saves what it has (file of the packing with `.checkpoint`, locked), and a
+/// killed one is continued. An empty folder: poured every time. `every`: seconds of the clock between checkpoints.
 Packing cached_packing(const SoilSettings& soil, const PourSettings& p, const std::filesystem::path& folder,
-                       const Progress& progress = {});
+                       const Progress& progress = {}, double every = 30);
 
 }  // namespace grouser::dem
