@@ -290,7 +290,9 @@ std::string folder_name(const std::filesystem::path& folder) {
 json run_section(const std::filesystem::path& folder, Pack& pack) {
   const RunFile file(folder / "run.h5");
   const RunAttributes& a = file.attributes();
-  json out = {{"folder", folder_name(folder)}, {"kind", a.kind}, {"title", a.title},       {"terrain", a.terrain},
+  const std::string effects = file.attribute("effects");
+  const std::string model = a.terrain + (effects.empty() ? "" : " with " + effects);
+  json out = {{"folder", folder_name(folder)}, {"kind", a.kind}, {"title", a.title},       {"terrain", model},
               {"version", a.version},          {"seed", a.seed}, {"scenario", a.scenario}, {"soil", soil_name(file)}};
   for (const char* name : {"status", "ground", "end_state_hash"}) out[name] = file.attribute(name);
   for (const char* name : {"total_mass_kg", "gravity"}) out[name] = number_or_null(file.number(name, NAN));

@@ -14,9 +14,16 @@ constexpr int kCells = 256;
 ElasticTable::ElasticTable(const WheelSize& wheel, const SoilLaw& soil, Method method, int points)
     : radius_(wheel.outer_radius()) {
   // s = sqrt(h/(2r)) = sin(theta_f/2); dE/ds = Fz 4 r s.
-  const auto slope = [&](double s) {
+  fill([&](double s) {
     return 4 * radius_ * s * steady_force(wheel, soil, 2 * std::asin(s), {}, 0, method, {points, 0}, 1).Fz;
-  };
+  });
+}
+
+ElasticTable::ElasticTable(double radius, const std::function<double(double)>& force) : radius_(radius) {
+  fill([&](double s) { return 4 * radius_ * s * force(2 * radius_ * s * s); });
+}
+
+void ElasticTable::fill(const std::function<double(double)>& slope) {
   const GaussRule& rule = gauss_rule(4);
   energy_.assign(kCells + 1, 0);
   slope_.assign(kCells + 1, 0);

@@ -35,6 +35,11 @@ struct Material {
   double cohesion, tan_phi;  ///< [Pa], [-]
   double K, K0, residual;    ///< displacement in f, initial K0 = 1/f'(0) [m]; Kr of type C
   int shear_type;            ///< 0 A, 1 B, 2 C
+  // Named effects; as they stand here they change nothing.
+  double per_pan = 0;           ///< 1/H of a hard pan [1/m]
+  double more = 0, per_Kw = 0;  ///< shear curve times 1 + more exp(-J per_Kw); K0 holds it already [-, 1/m]
+  double again = 1,
+         stronger = 1;  ///< modulus and tan phi of a node that was pressed in an earlier pass, times these [-]
 };
 
 struct Gear {

@@ -29,7 +29,7 @@ lugs: auto               # mean: pressure of tips and tread by their shares (eqs
 theta_m_law: linear      # closure wong: linear, or wong_braking (eq 2.13 when braking)
 relaxation_length: 1     # [1] 0.01..100 closure wong: rolling distance, in contact lengths, in which the shear displacement renews
 rate_reference: 10 mm/s  # [m/s] > 0 speed at which the soil was tested (effects pressure_rate, shear_rate)
-rate_least: 0.1 mm/s     # [m/s] > 0 below it the rate effects stay as they are there
+rate_least: 1 mm/s       # [m/s] > 0 below it the rate effects stay as they are there
 regions: []              # [{x: [0 m, 2 m], y: [-1 m, 1 m], soil: other.yaml}, ...] other soils; the first that holds a node counts
 strips: 3                # [1] 1..15 discs across the width, for sinkage and angles in the report
 samples_per_radius: 24   # [1] 4..400 ground samples per wheel radius, for the same
@@ -162,14 +162,12 @@ class SoilNode final : public Terrain {
     declare_effect({"soil_damping", "pressure grows with the rate of sinkage, p (1 + chi z'), never tensile", "s/m", 0,
                     10, 0, "Hunt & Crossley 1975"});
     if (options_.wong) return;  // the others act on the local closure's own stresses
-    declare_effect({"bulldozing", "resistance of the soil pushed ahead, l b (0.5 rho g z^2 Kp + 2 c z sqrt Kp)", "1", 0,
-                    3, 0, "Bekker 1969; Hegedus 1960"});
-    declare_effect({"slip_sinkage_exponent", "exponent of the pressure law grows with slip, n + n1 |s|", "1", 0, 2, 0,
-                    "Ding et al. 2010"});
-    declare_effect({"pressure_rate", "pressure times (v_n/v0)^m, v_n the speed into the soil", "1", 0, 0.5, 0,
-                    "Pope 1969; Grahn 1991"});
-    declare_effect({"shear_rate", "strength times 1 + zeta ln(v_j/v0), v_j the sliding speed", "1", -0.05, 0.1, 0,
-                    "granular rheology (Jop, Forterre & Pouliquen 2006)"});
+    for (const Effect id : Effects::ids) {
+      const EffectInfo& e = effect_table()[static_cast<std::size_t>(id)];
+      declare_effect({std::string(e.name), std::string(e.says),
+                      e.inverse ? "1/" + std::string(e.unit) : std::string(e.unit), e.lower, e.upper, e.off,
+                      std::string(e.source)});
+    }
   }
   std::string id() const override { return "bekker.soil_node"; }
   Capabilities capabilities() const override {
@@ -328,11 +326,14 @@ class SoilNode final : public Terrain {
   std::vector<Cell> do_take_changed_cells() override { return grid_.take_changed_cells(); }
 
   void do_set_effect(std::size_t index, double amplitude) override {
-    if (index == 1 && amplitude > 0)
+    const bool weighs =
+        index > 0 && (Effects::ids[index - 1] == Effect::bulldozing || Effects::ids[index - 1] == Effect::side_wall);
+    if (weighs && amplitude > 0)
       for (const Soil& s : soils_)
         if (!(s.bulk_density > 0))
-          throw TerrainError("effect 'bulldozing' of bekker.soil_node needs the bulk_density of soil '" + s.name + "'");
-    effects_.at(index) = amplitude;
+          throw TerrainError("effect '" + effects()[index].id +
+                             "' of bekker.soil_node needs the bulk_density of soil '" + s.name + "'");
+    effects_.set(index, amplitude);
   }
 
   void do_traverse(State& s) override {

@@ -22,40 +22,61 @@ NodeWheel::NodeWheel(const BodySpec& body, std::vector<WheelSoil> soils, const W
       slip_radius_(body.gear.radius()),
       finder_(options.patch) {}
 
-Sums NodeWheel::run(const Effects& e, double dt) {
+Sums NodeWheel::run(const Effects& e, double entry_angle, double dt) {
+  constexpr EffectConstants constants;
   Gear& gear = print_.gear();
   gear.dt = dt;
   gear.soil_damping = e.soil_damping;
-  gear.pressure_rate = e.pressure_rate;
-  gear.shear_rate = e.shear_rate;
+  gear.pressure_rate = e.of(Effect::pressure_rate);
+  gear.shear_rate = e.of(Effect::shear_rate);
   gear.rate_reference = options_.rate_reference;
   gear.rate_least = options_.rate_least;
-  std::vector<Material>& m = materials_;
-  m.clear();
+  const double size = std::abs(state_.slip);
+  std::vector<Material>& materials = materials_;
+  materials.clear();
   for (const WheelSoil& s : soils_) {
-    m.push_back(s.material);
-    if (e.slip_sinkage_exponent != 0) {
-      const double more = e.slip_sinkage_exponent * std::abs(state_.slip);
-      m.back().n += more;
-      m.back().modulus /= std::pow(s.reference_width, more);
-      m.back().ratio = std::max(m.back().ratio, 0.5 * (m.back().n + 1));
+    Material& m = materials.emplace_back(s.material);
+    if (!e.any()) continue;
+    if (const double n1 = e.of(Effect::slip_sinkage_exponent); n1 != 0) {
+      const double more = n1 * size;
+      m.n += more;
+      m.modulus /= std::pow(s.reference_width, more);
+      m.ratio = std::max(m.ratio, 0.5 * (m.n + 1));
+    }
+    if (const double k = e.of(Effect::slip_sinkage_factor); k != 0)
+      m.modulus *= std::pow((1 + size) / (1 - 0.5 * size), -k * m.n);
+    if (const double beta = e.of(Effect::plate_size); beta != 0) {
+      const double angle = std::clamp(entry_angle, 1e-3, 0.5 * pi);
+      m.modulus *= std::pow(print_.gear().radius * std::sin(angle) / constants.plate_length, -beta);
+    }
+    m.per_pan = e.of(Effect::hard_pan);
+    m.again = 1 + e.of(Effect::repetitive_loading);
+    m.stronger = 1 + e.of(Effect::pass_strength);
+    m.tan_phi *= e.of(Effect::interface_friction);
+    if (const double rho = e.of(Effect::residual_shear); rho != 0) {
+      m.more = rho;
+      m.per_Kw = 1 / constants.residual_length;
+      m.K0 /= 1 + rho;
     }
   }
   Sums sums;
-  kernel()(gear, m.data(), static_cast<int>(m.size()), print_.segments().data(),
+  kernel()(gear, materials.data(), static_cast<int>(materials.size()), print_.segments().data(),
            static_cast<int>(print_.segments().size()), sums);
   return sums;
 }
 
-Vec3 NodeWheel::bulldozing(double amplitude, double sinkage, double chord) const {
+Vec3 NodeWheel::pushed(const Effects& e, double sinkage, double chord, double entry_angle) const {
   const WheelSoil& s = soils_.front();
-  const double root =
-      s.material.tan_phi + std::sqrt(1 + s.material.tan_phi * s.material.tan_phi);  // tan(45 deg + phi/2)
+  const double tan_phi = s.material.tan_phi, c = s.material.cohesion, weight = s.density * options_.gravity;
+  const double cosine = 1 / std::sqrt(1 + tan_phi * tan_phi), sine = tan_phi * cosine;
+  const double root = tan_phi + 1 / cosine;  // tan(45 deg + phi/2)
   const double per_width =
-      0.5 * s.density * options_.gravity * sinkage * sinkage * root * root + 2 * s.material.cohesion * sinkage * root;
-  const double R = amplitude * per_width;
-  return -R * (print_.shape().width() * state_.travel.x() * print_.motion().carrier.col(0) +
-               chord * state_.travel.y() * print_.motion().carrier.col(1));
+      e.of(Effect::bulldozing) * (0.5 * weight * sinkage * sinkage * root * root + 2 * c * sinkage * root);
+  const double r = print_.shape().radius(),
+               segment = r * r * (entry_angle - std::sin(entry_angle) * std::cos(entry_angle));
+  const double walls = e.of(Effect::side_wall) * segment * (c + (1 - sine) * weight * sinkage * tan_phi);
+  return -(print_.shape().width() * per_width + walls) * state_.travel.x() * print_.motion().carrier.col(0) -
+         chord * per_width * state_.travel.y() * print_.motion().carrier.col(1);
 }
 
 void NodeWheel::advance(const Ground& ground, const Effects& effects, double dt, bool commit, BodyResult& result) {
@@ -91,16 +112,16 @@ void NodeWheel::advance(const Ground& ground, const Effects& effects, double dt,
   if (shares) {
     const std::vector<Segment> real = segments;
     for (std::size_t i = 0; i < Effects::count; ++i) {
+      if (!effects.on(i)) continue;
       Effects less = effects;
-      if (less.at(i) == 0) continue;
-      less.at(i) = 0;
+      less.set(i, Effects::off(i));
       trial_.resize(real.size() * kFields * kTile);
       for (std::size_t k = 0; k < real.size(); ++k) {
         std::copy(real[k].nodes, real[k].nodes + kFields * kTile,
                   trial_.begin() + static_cast<std::ptrdiff_t>(k * kFields * kTile));
         segments[k].nodes = trial_.data() + k * kFields * kTile;
       }
-      const Sums t = run(less, dt);
+      const Sums t = run(less, patch.angle, dt);
       for (int k = 0; k < 3; ++k) {
         without[i][k] = t.force[k];
         without[i][k + 3] = t.moment[k];
@@ -109,7 +130,7 @@ void NodeWheel::advance(const Ground& ground, const Effects& effects, double dt,
     segments = real;
   }
 
-  const Sums sums = run(effects, dt);
+  const Sums sums = run(effects, patch.angle, dt);
   dissipated_ = sums.dissipated;
   integration_ = sums.integration;
   placed_ = sums.placed;
@@ -144,11 +165,12 @@ void NodeWheel::advance(const Ground& ground, const Effects& effects, double dt,
     patch.point_W = print_.motion().pose.hub_W - print_.gear().radius * print_.motion().carrier.col(2);
   }
   const double sinkage = patch.sinkage - rut;
-  Vec3 pushed = Vec3::Zero();
-  if (effects.bulldozing != 0) {
-    pushed = bulldozing(effects.bulldozing, std::max(sinkage, 0.0), patch.chord);
-    f += pushed;
-    dissipated_ -= pushed.dot(print_.motion().V.v) * dt;
+  Vec3 push = Vec3::Zero();
+  const bool pushes = effects.of(Effect::bulldozing) != 0 || effects.of(Effect::side_wall) != 0;
+  if (pushes) {
+    push = pushed(effects, std::max(sinkage, 0.0), patch.chord, patch.angle);
+    f += push;
+    dissipated_ -= push.dot(print_.motion().V.v) * dt;
   }
 
   fill_result(print_.motion(), patch, {f, m}, K, D, dt, result);
@@ -167,12 +189,14 @@ void NodeWheel::advance(const Ground& ground, const Effects& effects, double dt,
     const Mat3& C = print_.motion().carrier;
     for (std::size_t i = 0; i < Effects::count; ++i) {
       Vec3 df = Vec3::Zero(), dm = Vec3::Zero();
-      Effects copy = effects;
-      if (i == 1) {
-        df = pushed;
-      } else if (copy.at(i) != 0) {
-        df = f - pushed - R * Vec3(without[i].head<3>());
+      if (effects.on(i)) {
+        df = f - push - R * Vec3(without[i].head<3>());
         dm = m - R * Vec3(without[i].tail<3>());
+        if (pushes) {
+          Effects less = effects;
+          less.set(i, Effects::off(i));
+          df += push - pushed(less, std::max(sinkage, 0.0), patch.chord, patch.angle);
+        }
       }
       report.effect_share.emplace_back(df.dot(C.col(0)), df.dot(C.col(1)), df.dot(C.col(2)), -dm.dot(C.col(1)));
     }

@@ -27,8 +27,12 @@ struct Mobilised {
   V f, df;  ///< share of tau_max, its derivative by j
 };
 
-// A: Arc, or the arcs of several wheels in the lanes (rows_body.h), of which A::kFeatures tells that there are neither
-// lugs, reloading nor locked wheels.
+// A: Arc, an arc with named effects (effect_arc.h), or the arcs of several wheels in the lanes (rows_body.h), of which
+// A::kFeatures tells that there are neither lugs, reloading nor locked wheels.
+template <class A>
+inline constexpr bool has_effects = requires {
+  A::kEffects;
+};
 
 /// Rows of a batch need ten digits of the functions only.
 template <class A>
@@ -56,6 +60,7 @@ GROUSER_INLINE double residual_share(const Arc& a) {
 template <class V, class A>
 GROUSER_INLINE V pressure_at(const A& a, V z) {
   const V s = a.modulus * pow_of<digits_of<A>>(max_of(z, V{} + 1e-300), a.n);
+  if constexpr (has_effects<A>) return s * a.pan(z);
   if constexpr (A::kFeatures)
     if (a.zu > 0) {  // out of the soil (z <= 0) nothing presses, however soft the unloading
       const V again = select(z > 0, max_of(a.peak - a.slope * (a.zu - z), 0 * z), 0 * z);
@@ -68,6 +73,23 @@ GROUSER_INLINE V pressure_at(const A& a, V z) {
 template <class V, class R>
 GROUSER_INLINE V sinkage_at(R radius, R sin_entry, R cos_entry, const SinCos<V>& half) {
   return (2 * radius) * half.sin * (sin_entry * half.cos - cos_entry * half.sin);
+}
+
+/// Share of tau_max at displacement j with what effects make of it.
+template <class V, class A>
+GROUSER_INLINE Mobilised<V> share_at(const A& a, V j) {
+  Mobilised<V> m = mobilised_at(a, j);
+  if constexpr (has_effects<A>) a.soften(j, m.f, m.df);
+  return m;
+}
+
+/// Radius at which the soil shears.
+template <class A>
+GROUSER_INLINE auto shear_radius_of(const A& a) {
+  if constexpr (has_effects<A>)
+    return a.shear_radius;
+  else
+    return a.r;
 }
 
 /// shared: ue is u (ahead of theta_m).
@@ -90,7 +112,9 @@ GROUSER_INLINE StressPoint<V> stress_of(const A& a, const Place<V>& p, bool shar
       }
     }
   }
+  if constexpr (has_effects<A>) o.sigma = o.sigma * a.pressure_rate(o.sin);
   o.tau_max = a.cohesion + a.tan_phi * o.sigma;
+  if constexpr (has_effects<A>) o.tau_max = o.tau_max * a.shear_rate(o.cos);
   if constexpr (A::kFeatures) {
     if (a.zu > 0) o.tau_max = select(o.sigma > 0, o.tau_max, 0 * o.sigma);  // a reloading wheel that does not touch
 
@@ -110,12 +134,13 @@ GROUSER_INLINE StressPoint<V> stress_of(const A& a, const Place<V>& p, bool shar
   }
 
   // Eq 2.7 as corrected, with sin theta_f - sin theta = 2 sin(u/2) cos(theta_f - u/2).
-  const V dj = (2 * a.r) * half.sin * (a.cos_f * half.cos + a.sin_f * half.sin), arc = a.r * p.u;
+  const auto R = shear_radius_of(a);
+  const V dj = (2 * R) * half.sin * (a.cos_f * half.cos + a.sin_f * half.sin), arc = R * p.u;
   const V jt = arc - (1 - a.e.t) * dj, jl = a.e.l * arc;
   const V j2 = jt * jt + (jl * jl + 1e-300), j = j2 * inverse_sqrt_of<digits_of<A>>(j2);
   o.j = j;
   if (a.anisotropic) {
-    const Mobilised<V> t = mobilised_at(a, abs_of(jt)), l = mobilised_at(a, abs_of(jl));
+    const Mobilised<V> t = share_at(a, abs_of(jt)), l = share_at(a, abs_of(jl));
     o.tau_t = o.tau_max * with_sign(t.f, jt);
     o.tau_l = o.tau_max * with_sign(l.f, jl);
     if constexpr (kDerivatives) {
@@ -125,7 +150,7 @@ GROUSER_INLINE StressPoint<V> stress_of(const A& a, const Place<V>& p, bool shar
     }
     return o;
   }
-  const Mobilised<V> m = mobilised_at(a, j);
+  const Mobilised<V> m = share_at(a, j);
   // 1 - kappa cos theta = e_t cos theta + 2 sin^2(theta/2): nothing cancels near pure rolling; at theta = 0 the limit
   // from either side.
   const V h = a.sin_half * half.cos - a.cos_half * half.sin, vt = 2 * h * h + (a.e.t * o.cos + 1e-140);

@@ -90,7 +90,8 @@ ContactAngles load_angles(const ConfigNode& bekker) {
   }
   const Range share = Range::between(0, 1);
   a.a0 = node.quantity("a0", "1", share);
-  a.a1 = node.quantity("a1", "1", share);
+  a.a1 = node.quantity("a1", "1", Range::between(-1, 1));
+  if (a.a0 + a.a1 < 0) node.error_at("a1", "a0 + a1 is negative: theta_m would lie behind the exit at full slip");
   a.b0 = node.quantity_or("b0", 0, "1", share);
   a.b1 = node.quantity_or("b1", 0, "1", share);
   node.finish();

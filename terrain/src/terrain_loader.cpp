@@ -1,5 +1,6 @@
 #include "grouser/terrain/terrain_loader.h"
 
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 
@@ -15,9 +16,7 @@ std::vector<std::string> ids_of(const Registry& registry) {
 }
 
 /// The section of one model inside a map keyed by model id. Keys of other registered models are accepted.
-ConfigNode section_of(const Registry& registry, const ConfigNode& parent, const std::string& key,
-                      const std::string& model) {
-  const ConfigNode by_model = parent.optional_map(key);
+ConfigNode section_of(const Registry& registry, const ConfigNode& by_model, const std::string& model) {
   if (!by_model.present()) return {};
   for (const ModelInfo& m : registry.models()) by_model.has(m.id);
   by_model.finish();
@@ -30,10 +29,50 @@ void set_effects(Terrain& terrain, const ConfigNode& node) {
   const std::vector<Effect> declared = terrain.effects();
   for (const Effect& e : declared)
     if (const auto a = node.optional_quantity(e.id, e.unit, Range::between(e.lower, e.upper)))
-      if (*a >= e.lower && *a <= e.upper) terrain.set_effect(e.id, *a);
+      if (*a >= e.lower && *a <= e.upper) {
+        try {
+          terrain.set_effect(e.id, *a);
+        } catch (const TerrainError& refused) {  // the model or its soil cannot
+          node.error_at(e.id, refused.what());
+        }
+      }
   if (declared.empty() && !node.keys().empty()) node.error(terrain.id() + " has no effects");
   node.finish();
 }
+
+/// `effects:` of a terrain map: amplitudes by model, or the name of a file that has them under `amplitudes`.
+class EffectsSection {
+ public:
+  explicit EffectsSection(const ConfigNode& terrain_map) {
+    const ConfigNode written = terrain_map.node("effects");
+    if (!written.present() || !written.is_scalar()) {
+      by_model_ = terrain_map.optional_map("effects");
+      return;
+    }
+    const std::filesystem::path path = terrain_map.existing_file("effects");
+    if (!std::filesystem::is_regular_file(path)) return;
+    file_ = ConfigDocument::from_file(path);
+    const ConfigNode root = file_->root();
+    root.text("effects");
+    root.text_or("source", "");
+    by_model_ = root.map("amplitudes");
+    root.finish();
+  }
+  const ConfigNode& by_model() const { return by_model_; }
+  /// Of the file, when there is one.
+  std::vector<Diagnostic> diagnostics() const { return file_ ? file_->diagnostics() : std::vector<Diagnostic>{}; }
+  void tell(const ConfigNode& terrain_map, const ConfigDocument* document) const {
+    if (!file_) return;
+    if (document)
+      document->absorb(*file_);
+    else
+      for (const Diagnostic& d : file_->diagnostics()) terrain_map.report(d);
+  }
+
+ private:
+  std::optional<ConfigDocument> file_;
+  ConfigNode by_model_;
+};
 
 /// Options and effects of the models that are not in use: each model reads its own, on a second reading of the file, so
 /// that it assumes nothing in this one.
@@ -45,10 +84,12 @@ void check_other_sections(const Registry& registry, const ConfigNode& terrain_ma
   std::istringstream path(terrain_map.path());
   for (std::string key; std::getline(path, key, '.');) map = map.node(key);
   if (!map.present()) return;
+  const EffectsSection written(map);
+  const std::size_t told = written.diagnostics().size();
   for (const ModelInfo& m : registry.models()) {
     if (m.id == used) continue;
-    const auto section = [&](const char* key) { return map.optional_map(key).optional_map(m.id); };
-    const ConfigNode options = section("options"), effects = section("effects");
+    const ConfigNode options = map.optional_map("options").optional_map(m.id);
+    const ConfigNode effects = written.by_model().optional_map(m.id);
     if (!options.present() && !effects.present()) continue;
     try {
       set_effects(*m.make({soil, ground, options, gravity}), effects);
@@ -57,6 +98,8 @@ void check_other_sections(const Registry& registry, const ConfigNode& terrain_ma
     }
   }
   for (const Diagnostic& d : again.diagnostics()) terrain_map.report(d);
+  const std::vector<Diagnostic> of_file = written.diagnostics();
+  for (std::size_t i = told; i < of_file.size(); ++i) terrain_map.report(of_file[i]);
 }
 }  // namespace
 
@@ -105,9 +148,11 @@ std::unique_ptr<Terrain> make_terrain(const Registry& registry, const ConfigNode
     model = *model_override;
   }
   TerrainNodes nodes{model, terrain_map, {}, {}};
-  nodes.options = section_of(registry, terrain_map, "options", model);
-  nodes.effects = section_of(registry, terrain_map, "effects", model);
+  nodes.options = section_of(registry, terrain_map.optional_map("options"), model);
+  const EffectsSection effects(terrain_map);
+  nodes.effects = section_of(registry, effects.by_model(), model);
   auto terrain = make_terrain(registry, nodes, ground, gravity, document);
+  effects.tell(terrain_map, document);
   terrain_map.finish();
   if (terrain && document)
     check_other_sections(registry, terrain_map, model, load_soil_file(terrain_map.existing_file("soil")), ground,

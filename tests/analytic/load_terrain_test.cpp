@@ -60,7 +60,7 @@ soil: sand.yaml
 options: {points: 16, reference_width: wheel}
 effects: {vertical_damping: 0.5 s/m}
 )"));
-  ASSERT_EQ(t->effects().size(), 1u);
+  ASSERT_EQ(t->effects().at(0).id, "vertical_damping");
   EXPECT_EQ(t->effects()[0].amplitude, 0.5);
 }
 

@@ -101,6 +101,7 @@ RigRecord::RigRecord(const RigSpec& spec, const RigCase& c, const std::filesyste
   a.seed = spec.seed;
   file_ = std::make_unique<Recorder>(Recorder::create(folder / "run.h5", a));
   for (const ChannelSpec& s : channel_specs()) channels_.push_back(file_->add_channel(s));
+  file_->set_attribute("effects", spec.effects);
   file_->set_attribute("bodies", "wheel");
   file_->set_attribute("wheels", "wheel");
   file_->set_attribute("ground", spec.ground->describe());

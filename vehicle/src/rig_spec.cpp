@@ -12,6 +12,7 @@
 #include "grouser/terrain/terrain_loader.h"
 #include "ranges.h"
 #include "simplified_gears.h"
+#include "switched_effects.h"
 
 namespace grouser::vehicle {
 
@@ -277,6 +278,8 @@ RigSpec load_rig(const std::filesystem::path& yaml, const Registry& registry, co
     throw ConfigError(t.file(), t.line(), t.column(), e.what());
   }
   rig.model = built->id();
+  rig.effects = switched_effects(*built, registry);
+  if (!rig.effects.empty()) rig.notices.push_back("effects switched on: " + rig.effects);
   if (!rig.lower && !built->capabilities().continuous)
     throw ConfigError(
         t.file(), t.line(), t.column(),

@@ -133,6 +133,7 @@ RunRecord RunRecord::create(const std::filesystem::path& file, const Scenario& s
                        {"value", x.value},
                        {"why", x.why}});
   rec.set_attribute("assumptions", assumed.dump());
+  rec.set_attribute("effects", s.effects);
   rec.set_attribute("bodies", join(bodies));
   rec.set_attribute("wheels", join(wheels));
   rec.set_attribute("ground", s.ground->describe());

@@ -9,6 +9,7 @@
 #include "grouser/vehicle/vehicle_loader.h"
 #include "ranges.h"
 #include "simplified_gears.h"
+#include "switched_effects.h"
 #include "vehicle_reader.h"
 
 namespace grouser::vehicle {
@@ -168,6 +169,8 @@ Scenario load_scenario(const std::filesystem::path& file, const Registry& regist
       throw ConfigError(terrain.file(), terrain.line(), terrain.column(), e.what());
     }
   }
+  s.effects = switched_effects(*trial, registry);
+  if (!s.effects.empty()) s.notices.push_back("effects switched on: " + s.effects);
   tell_simplified_gears(*trial, s.vehicle.file, s.assumptions, s.notices);
   tell_unreachable_speed(*trial_driver, s.vehicle, s.notices);
   s.start.p.z() = s.ground->height(x, y);

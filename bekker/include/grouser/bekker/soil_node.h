@@ -19,7 +19,9 @@ namespace grouser::bekker {
 /// width of 2 spacings and 4 K.                                                                                   (N5)
 /// Closure `wong` (option): stresses of bekker.steady from the wheel's own theta_f, summed over the nodes; smooth cylinders only; for
 /// comparison with the steady wheel, not for vehicles that park or bounce.
-/// Effects, off by default: soil_damping, bulldozing, slip_sinkage_exponent, pressure_rate, shear_rate (closure wong: soil_damping).
+/// Effects, off by default: soil_damping [s/m], and of effects.h bulldozing, side_wall, slip_sinkage_exponent, slip_sinkage_factor, plate_size,
+/// hard_pan, repetitive_loading, pass_strength (by the nodes' own memory), interface_friction, residual_shear, pressure_rate, shear_rate; how
+/// each acts on a node: README_soil_node.md (closure wong: soil_damping).
 /// Range: any gear, sinkage to about half the radius. Cannot: flow of soil to the sides or upwards, walls of a rut.
 /// Errors: std::invalid_argument from make for a soil without `bekker:`, ConfigError for options, TerrainError from set_effect for
 /// bulldozing on a soil without bulk_density, from add_body for closure wong with lugs or a mesh.

@@ -29,7 +29,10 @@ namespace grouser::bekker {
 /// single lugs and the ripple they cause, bulldozing, scrub moment of a wheel that turns on the spot.
 /// Triangle meshes are refused by name. Errors: TerrainError from add_body; std::invalid_argument from make for a soil without
 /// `bekker:`.
-/// Effects: `vertical_damping` [s/m], sigma (1 + chi h'), never tensile (Hunt & Crossley 1975).
+/// Effects, off by default: `vertical_damping` [s/m], sigma (1 + chi h'), never tensile (Hunt & Crossley 1975), and those of effects.h with
+/// its equations, units, bounds and sources; what each does at rest, on reversal and over a hard pan: README.md. With all of them off the
+/// law and its bits are the plain ones; switched on a wheel costs several times as much, with effects by load more.
+/// TerrainError from set_effect: closed forms, soil without bulk_density (bulldozing, side_wall), `lugs` on a wheel with lugs.
 /// Cost: README.md. Source: Wong & Reece 1967; Janosi & Hanamoto 1961; dissertation section 2.1 with its errata.
 ModelInfo steady_model();
 

@@ -27,7 +27,7 @@ std::unique_ptr<Terrain> make_terrain(const Registry& registry, const TerrainNod
 ///
 ///   terrain: {model: bekker.steady, soil: sand.yaml, options: {bekker.steady: {strips: 3}}, effects: {bekker.steady: {id: 1}}}
 ///
-/// Options and effects are keyed by model id, so that `model_override` (the command line's --terrain) swaps the model and nothing else.
+/// `effects:` may also name a file with the same map under `amplitudes` (`effects: title`, `source:` text). Options and effects are keyed by model id, so that `model_override` (the command line's --terrain) swaps the model and nothing else.
 /// Calls finish() on the map. Unknown ids get a "did you mean" at their line and column.
 /// @throws ConfigError for an unknown `model_override`, and as above.
 std::unique_ptr<Terrain> make_terrain(const Registry& registry, const ConfigNode& terrain_map, GroundPtr ground,

@@ -37,7 +37,8 @@ struct RigCase {
 struct RigSpec {
   std::string title, source, text;  ///< text: the rig file and the files it names
   RunningGear wheel;
-  std::string model;  ///< id of the terrain in use
+  std::string model;    ///< id of the terrain in use
+  std::string effects;  ///< what is switched on in it, as text
   GroundPtr ground;
   double gravity = 9.81;               ///< [m/s^2]
   std::optional<double> moving_mass;   ///< [kg] that moves vertically; default load / gravity

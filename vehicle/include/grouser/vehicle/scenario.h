@@ -22,7 +22,8 @@ struct ScenarioOverrides {
 struct Scenario {
   std::filesystem::path file;
   std::string title;
-  std::string model;  ///< terrain model id in force
+  std::string model;    ///< terrain model id in force
+  std::string effects;  ///< what is switched on in it, as text
   VehicleSpec vehicle;
   GroundPtr ground;
   double duration = 0, time_step = 1e-3, gravity = 9.81;  ///< [s], [s], [m/s^2]
