@@ -7,9 +7,11 @@
 #include <memory>
 
 #include "commands.h"
+#include "diagnose_design.h"
 #include "diagnose_json.h"
 #include "diagnose_page.h"
 #include "grouser/diagnosis/diagnose.h"
+#include "grouser/diagnosis/extended_file.h"
 #include "grouser/terrain/config.h"
 #include "grouser/terrain/recorder.h"
 
@@ -25,6 +27,25 @@ void write(const fs::path& file, const std::string& text) {
   if (!out.flush()) throw ResultsError(file.string() + ": cannot be written; is the folder writable?");
 }
 
+/// Every fitted row: measured, both models, and how far off each is in noise sd.
+std::string runs_csv(const diagnosis::Diagnosis& d) {
+  std::string out = "line,slip,load_N,omega_rad_s,pass,order,weight";
+  for (const auto& c : diagnosis::channel_names())
+    out +=
+        fmt::format(",{0}_measured,{0}_nominal,{0}_extended,{0}_sd,{0}_nominal_off_sd,{0}_extended_off_sd", c.column);
+  const auto cell = [](double x) { return std::isfinite(x) ? fmt::format(",{:.6g}", x) : std::string(","); };
+  for (std::size_t i = 0; i < d.runs.size(); ++i) {
+    const diagnosis::Run& r = d.runs[i];
+    out += fmt::format("\n{},{:.6g},{:.6g},{:.6g},{},{:.6g},{:.3g}", r.line, r.slip, r.load, r.omega, r.pass, r.order,
+                       d.weights[i]);
+    for (std::size_t c = 0; c < diagnosis::channel_count; ++c) {
+      const double y = r.value[c], n = d.nominal.predicted[i][c], e = d.extended.predicted[i][c], sd = d.sd[i][c];
+      for (const double x : {y, n, e, std::isfinite(y) ? sd : y, (y - n) / sd, (y - e) / sd}) out += cell(x);
+    }
+  }
+  return out + "\n";
+}
+
 void print(const diagnosis::Diagnosis& d) {
   fmt::print("{}: {}\n", d.verdict, d.sentence);
   std::size_t shown = 0;
@@ -38,7 +59,8 @@ void print(const diagnosis::Diagnosis& d) {
   for (const diagnosis::NextExperiment& e : d.next) {
     fmt::print("  next: {}", e.bench_check);
     for (const auto& [name, x] : e.condition) fmt::print("{} {:.3g}  ", name, x);
-    if (e.runs > 0) fmt::print("{} repeats, decides with probability {:.2f}", e.runs, e.chance);
+    if (e.runs > 0) fmt::print("{} repeats", e.runs);
+    fmt::print(", decides with probability {:.2f}", e.chance);
     fmt::print("\n");
   }
   if (!d.suspect_lines.empty()) fmt::print("  suspect rows: lines {}\n", fmt::join(d.suspect_lines, ", "));
@@ -51,17 +73,29 @@ void add_diagnose_command(CLI::App& cli, int& code) {
   struct Arguments {
     fs::path file, data, out;
     std::vector<std::string> withhold;
-    bool overwrite = false;
+    bool overwrite = false, design = false;
+    std::string plan;
   };
   const auto a = std::make_shared<Arguments>();
   auto* cmd = cli.add_subcommand(
       "diagnose", "measured runs against the model: the cause of the misfit, the extended model, its gain");
   cmd->add_option("case", a->file, "case file: model, wheel, soil with priors, effects")->required();
-  cmd->add_option("--data", a->data, "runs as CSV with units in the header names")->required();
+  cmd->add_option("--data", a->data, "runs as CSV with units in the header names");
   cmd->add_option("--out", a->out, "folder for the results (default runs/diagnose-<data>)");
   cmd->add_option("--withhold", a->withhold, "runs to keep for the gain: load_N=225, slip=0.3..0.7");
+  cmd->add_flag("--design", a->design, "judge a plan before it is run: what it could and could not tell apart");
+  cmd->add_option("--plan", a->plan,
+                  "the plan: PLAN.csv, or a grid as in 'slip=-0.5,0,0.5 load_N=60,225 drawbar_sd_N=2'");
   cmd->add_flag("--overwrite", a->overwrite, "replace the results of an earlier diagnosis");
   cmd->callback([a, &code] {
+    if (a->design != !a->plan.empty() || a->design != a->data.empty())
+      throw ConfigError("grouser diagnose", 0, 0,
+                        "needs --data RUNS.csv to find a cause, or --design --plan PLAN to judge a plan");
+    if (a->design) {
+      run_design(a->file, a->plan, a->out, a->overwrite);
+      code = 0;
+      return;
+    }
     if (a->out.empty()) a->out = fs::path("runs") / ("diagnose-" + a->data.stem().string());
     if (fs::exists(a->out / "diagnosis.json") && !a->overwrite)
       throw ConfigError(a->out.string(), 0, 0,
@@ -74,7 +108,8 @@ void add_diagnose_command(CLI::App& cli, int& code) {
     if (failed)
       throw ResultsError(a->out.string() + ": cannot be made: " + failed.message() + "; choose another output folder");
     write(a->out / "diagnosis.json", diagnosis_json(d).dump(2) + "\n");
-    write(a->out / "extended.yaml", diagnosis::extended_case_text(d, c));
+    write(a->out / "runs.csv", runs_csv(d));
+    for (const diagnosis::ExtendedFile& f : diagnosis::extended_files(d, c)) write(a->out / f.name, f.text);
     report::write_figure_page(diagnose_page(d, c), a->out / "report.html");
     print(d);
     fmt::print("report: {}\n", (a->out / "report.html").string());

@@ -32,6 +32,17 @@ Json model(const FittedModel& m) {
   return {{"rmse", by_channel(m.rmse)}, {"chi2", number(m.chi2)}, {"dof", m.dof}, {"parameters", parameters}};
 }
 
+Json tests(const std::vector<FitTest>& list) {
+  Json out = Json::array();
+  for (const FitTest& t : list)
+    out.push_back({{"test", t.test},
+                   {"about", text(t.about)},
+                   {"statistic", number(t.statistic)},
+                   {"p", t.p},
+                   {"p_holm", t.holm}});
+  return out;
+}
+
 }  // namespace
 
 Json diagnosis_json(const Diagnosis& d) {
@@ -47,6 +58,7 @@ Json diagnosis_json(const Diagnosis& d) {
       {"variable", text(d.unknown_variable)}, {"acts_through", text(d.unknown_through)}, {"curve", d.unknown_curve}};
   j["nominal"] = model(d.nominal);
   j["extended"] = model(d.extended);
+  j["lack_of_fit"] = {{"nominal", tests(d.nominal.tests)}, {"extended", tests(d.extended.tests)}};
   if (d.gain)
     j["gain"] = {{"withheld", d.gain->withheld},
                  {"runs", d.gain->runs},
@@ -58,9 +70,10 @@ Json diagnosis_json(const Diagnosis& d) {
     j["gain"] = nullptr;
   j["next_experiment"] = Json::array();
   for (const NextExperiment& e : d.next) {
-    Json x{{"condition", e.condition}, {"decides", e.decides}, {"chance", e.chance}};
+    Json x{{"condition", e.condition}, {"decides", e.decides}, {"chance", e.chance}, {"cost_runs", e.cost}};
+    if (e.simulated) x["chance_simulated"] = *e.simulated;
     if (e.runs > 0) x["runs"] = e.runs;
-    if (!e.bench_check.empty()) x["bench_check"] = e.bench_check;
+    if (!e.bench_check.empty()) x["bench_check"] = e.bench_check, x["bench_effect"] = e.bench_effect;
     j["next_experiment"].push_back(x);
   }
   j["suspect_rows"] = d.suspect_lines;
@@ -73,6 +86,7 @@ Json diagnosis_json(const Diagnosis& d) {
            {"log_likelihood_gain", r.log_likelihood},
            {"log_evidence", r.log_evidence},
            {"posterior", r.posterior},
+           {"cross_validation_gain", number(r.cross_validation)},
            {"refitted", r.refitted}};
     for (const Interval& i : r.amplitudes) x["amplitudes"].push_back(interval(i));
     j["ranking"].push_back(x);

@@ -111,9 +111,10 @@ void add_residuals(const Diagnosis& d, std::size_t ch, report::FigurePage& page)
 }
 
 report::FigureTable ranking(const Diagnosis& d) {
-  report::FigureTable t{"Ranking of the causes",
-                        {"cause", "gain in ln likelihood", "ln evidence", "probability", "amplitude", "how"},
-                        {}};
+  report::FigureTable t{
+      "Ranking of the causes",
+      {"cause", "gain in ln likelihood", "ln evidence", "probability", "gain on runs left out", "amplitude", "how"},
+      {}};
   for (const Ranked& r : d.ranking) {
     if (t.rows.size() >= 12) break;
     std::string amplitude;
@@ -122,9 +123,19 @@ report::FigureTable ranking(const Diagnosis& d) {
                    fmt::format("{} [{}, {}] {}", number(i.value, 3), number(i.low, 3), number(i.high, 3),
                                i.unit == "1" ? "" : i.unit) +
                    (i.at_bound ? " (at its bound)" : "");
-    t.rows.push_back({r.id, number(r.log_likelihood), number(r.log_evidence), number(r.posterior, 3), amplitude,
+    t.rows.push_back({r.id, number(r.log_likelihood), number(r.log_evidence), number(r.posterior, 3),
+                      number(r.cross_validation, 3), amplitude,
                       r.refitted ? "refitted" : "slope at the nominal model"});
   }
+  return t;
+}
+
+report::FigureTable left_over(const Diagnosis& d) {
+  report::FigureTable t{"What the models leave over", {"model", "test", "about", "statistic", "p", "p after Holm"}, {}};
+  for (const auto& [name, tests] :
+       {std::pair{"nominal, refitted", &d.nominal.tests}, std::pair{"extended", &d.extended.tests}})
+    for (const FitTest& f : *tests)
+      t.rows.push_back({name, f.test, f.about, number(f.statistic, 3), number(f.p, 2), number(f.holm, 2)});
   return t;
 }
 
@@ -141,14 +152,17 @@ report::FigureTable parameters(const Diagnosis& d) {
 }
 
 report::FigureTable next(const Diagnosis& d) {
-  report::FigureTable t{"What would decide", {"run or check", "decides", "chance that the odds pass 10:1"}, {}};
+  report::FigureTable t{
+      "What would decide", {"run or check", "decides", "chance that the odds pass 10:1", "cost [runs]"}, {}};
   for (const NextExperiment& e : d.next) {
     std::string what = e.bench_check;
     for (const auto& [name, x] : e.condition)
       what += (what.empty() ? "" : ", ") + fmt::format("{} {}", name, number(x, 3));
     if (e.runs > 0) what += fmt::format("; {} repeats", e.runs);
-    t.rows.push_back(
-        {what, fmt::format("{}", fmt::join(e.decides, " / ")), e.bench_check.empty() ? number(e.chance, 2) : "direct"});
+    t.rows.push_back({what, fmt::format("{}", fmt::join(e.decides, " / ")),
+                      number(e.chance, 2) +
+                          (e.simulated ? fmt::format(" (simulated with refits: {})", number(*e.simulated, 2)) : ""),
+                      number(e.cost, 2)});
   }
   return t;
 }
@@ -162,6 +176,7 @@ report::FigurePage diagnose_page(const Diagnosis& d, const DiagnosisCase& c) {
   for (std::size_t ch = 0; ch < channel_count; ++ch) add_data(d, ch, page);
   for (std::size_t ch = 0; ch < channel_count; ++ch) add_residuals(d, ch, page);
   page.items.push_back(parameters(d));
+  page.items.push_back(left_over(d));
   if (d.unknown_curve.size() > 1) {
     report::Plot p{fmt::format("Change of {} with {}", d.unknown_through, d.unknown_variable),
                    d.unknown_variable,

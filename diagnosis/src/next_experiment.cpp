@@ -2,43 +2,62 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <boost/math/distributions/normal.hpp>
+#include <random>
 #include <set>
+
+#include "bench_check.h"
 
 namespace grouser::diagnosis {
 namespace {
 
-constexpr int repeats = 4;
+constexpr std::array<int, 3> repeats{4, 8, 12};
+constexpr int draws = 400, full_draws = 8;
+constexpr double wanted = 0.9;
+constexpr std::size_t most_members = 4, shown = 3;
 
-struct Predicted {
-  Eigen::Vector3d y;
-  Eigen::Matrix3d spread;
+struct Member {
+  const Rival* rival;
+  Eigen::MatrixXd V;
 };
 
-/// What a fitted rival says of a run that was not made.
-bool predict(const Search& s, const Rival& r, const Eigen::MatrixXd& V, const Run& run, Predicted& out) {
+/// One holds all effects of the other: no run decides between a cause and the same cause with a trace of a second.
+bool nested(const Member& a, const Member& b) {
+  const auto holds = [](const std::vector<int>& all, const std::vector<int>& some) {
+    return std::all_of(some.begin(), some.end(),
+                       [&](int e) { return std::find(all.begin(), all.end(), e) != all.end(); });
+  };
+  const auto &x = a.rival->candidate.effects, &y = b.rival->candidate.effects;
+  return holds(x, y) || holds(y, x);
+}
+
+/// What a fitted member says of a run that was not made: value, its spread by the fit, and scatter of the soil.
+struct Said {
+  Eigen::Vector3d y;
+  Eigen::Matrix3d spread, scatter;
+};
+
+bool say(const Search& s, const Member& m, const Run& run, double width, Said& out) {
   const Series& series = s.series();
-  std::vector<int> touched;
-  for (const Term& t : r.candidate.terms)
-    if (t.input >= soil_count && t.input < soil_count + static_cast<int>(bekker::effect_count))
-      touched.push_back(t.input - soil_count);
-  Inputs in = plain_inputs(series.soil_of(r.fit.x));
-  for (std::size_t t = 0; t < r.candidate.terms.size(); ++t)
-    in[static_cast<std::size_t>(r.candidate.terms[t].input)] +=
-        r.fit.x[series.soil_parameters() + static_cast<Eigen::Index>(t)];
+  const Candidate& c = m.rival->candidate;
+  Inputs in = plain_inputs(series.soil_of(m.rival->fit.x));
+  for (std::size_t t = 0; t < c.terms.size(); ++t)
+    in[static_cast<std::size_t>(c.terms[t].input)] +=
+        m.rival->fit.x[series.soil_parameters() + static_cast<Eigen::Index>(t)];
   double theta = 0;
   Outputs y;
   Slopes d;
-  if (!model_run(series.given().wheel, run, in, Wanted::soil_and_touched, touched, theta, y, &d)) return false;
-  Eigen::MatrixXd J(channel_count, r.fit.x.size());
+  bekker::EffectWheel wheel = series.given().wheel;
+  wheel.width *= width;
+  if (!model_run(wheel, run, in, Wanted::soil_and_touched, touched(c), theta, y, &d)) return false;
+  Eigen::MatrixXd J(channel_count, m.rival->fit.x.size());
   for (int i = 0; i < series.soil_parameters(); ++i) J.col(i) = d.col(series.free_soil()[static_cast<std::size_t>(i)]);
-  for (std::size_t t = 0; t < r.candidate.terms.size(); ++t)
-    J.col(series.soil_parameters() + static_cast<Eigen::Index>(t)) = d.col(r.candidate.terms[t].input);
-  for (int c = 0; c < channel_count; ++c) out.y[c] = y[static_cast<std::size_t>(c)];
-  out.spread = J * V * J.transpose();
+  for (std::size_t t = 0; t < c.terms.size(); ++t)
+    J.col(series.soil_parameters() + static_cast<Eigen::Index>(t)) = d.col(c.terms[t].input);
+  for (int k = 0; k < channel_count; ++k) out.y[k] = y[static_cast<std::size_t>(k)];
+  out.spread = J * m.V * J.transpose();
+  out.scatter.setZero();
   for (std::size_t k = 0; k < scattered.size(); ++k)
-    out.spread +=
-        s.noise().omega[k] * s.noise().omega[k] / repeats * d.col(scattered[k]) * d.col(scattered[k]).transpose();
+    out.scatter += s.noise().omega[k] * s.noise().omega[k] * d.col(scattered[k]) * d.col(scattered[k]).transpose();
   return true;
 }
 
@@ -49,89 +68,224 @@ std::vector<double> levels(const std::vector<Run>& runs, Get get) {
   return {seen.begin(), seen.end()};
 }
 
-/// What the runs had, and what lies a step beyond.
-std::vector<Run> possible(const std::vector<Run>& runs) {
+struct Choice {
+  Run run;
+  double width = 1;  ///< of another wheel, over that of this one
+  int repeats = 0;
+  double chance = 0, cost = 0;
+};
+
+/// Runs that the rig had, and a step beyond: half and double load, a third and three times the speed, a wheel twice as wide. Speed and pass only where a
+/// member looks at them. cost: without the repeats.
+std::vector<Choice> possible(const Search& s, const std::vector<Member>& members) {
+  const std::vector<Run>& runs = s.series().runs();
   const std::vector<double> loads = levels(runs, [](const Run&r) { return r.load; }),
                             speeds = levels(runs, [](const Run&r) { return r.omega; });
-  std::set<double> W{loads.front(), 0.5 * loads.front(), loads.back(), 2 * loads.back()},
-      w{speeds.front(), speeds.back(), 3 * speeds.back(), speeds.front() / 3};
-  std::vector<Run> out;
+  bool speed = false, pass = false;
+  for (const Member& m : members)
+    for (const Term& t : m.rival->candidate.terms) {
+      speed = speed || t.input == input_of(bekker::Effect::pressure_rate) ||
+              t.input == input_of(bekker::Effect::shear_rate) || t.input == input_of(Map::torque_viscous);
+      pass = pass || t.input == input_of(bekker::Effect::repetitive_loading) ||
+             t.input == input_of(bekker::Effect::pass_strength);
+    }
+  std::set<double> W{loads.front(),       loads[loads.size() / 2], loads.back(),
+                     0.5 * loads.front(), 1.5 * loads.back(),      2 * loads.back()},
+      w{speeds[speeds.size() / 2]};
+  if (speed) w.insert({speeds.front(), speeds.back(), speeds.front() / 3, 3 * speeds.back()});
+  std::vector<Choice> out;
   for (const double load : W)
     for (const double omega : w)
-      for (const double slip : {-0.5, -0.2, 0.0, 0.1, 0.3, 0.5, 0.7})
-        for (const int pass : {1, 2}) {
-          Run r;
-          r.load = load, r.omega = omega, r.slip = slip, r.pass = pass;
-          r.order = 0.5;
-          out.push_back(r);
+      for (const double slip : {-0.7, -0.5, -0.3, -0.1, -0.05, 0.0, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9})
+        for (int p = 1; p <= (pass ? 2 : 1); ++p) {
+          Choice c;
+          c.run.load = load, c.run.omega = omega, c.run.slip = c.run.stated_slip = slip, c.run.pass = p;
+          c.run.order = 0.5;
+          c.cost = (load < loads.front() || load > loads.back() ? 2 : 0) +
+                   (omega < speeds.front() || omega > speeds.back() ? 2 : 0);
+          out.push_back(c);
+          if (p > 1 || (load != loads.front() && load != loads.back())) continue;
+          c.width = 2, c.cost += 6;
+          out.push_back(c);
         }
+  return out;
+}
+
+/// Least share of draws in which the member that is true gets ten times the probability of every other that is not nested with it.
+double chance_of(const std::vector<Member>& members, const std::vector<Said>& said, const std::vector<double>& ln_prior,
+                 const Eigen::Matrix3d& sensor, int n) {
+  const std::size_t count = said.size();
+  std::vector<Eigen::Matrix3d> L(count);
+  std::vector<double> ln_det(count);
+  for (std::size_t m = 0; m < count; ++m) {
+    const Eigen::Matrix3d C = (sensor + said[m].scatter) / n + said[m].spread;
+    L[m] = Eigen::LLT<Eigen::Matrix3d>(C).matrixL();
+    ln_det[m] = 2 * L[m].diagonal().array().log().sum();
+  }
+  double least = 1;
+  for (std::size_t truth = 0; truth < count; ++truth) {
+    std::mt19937_64 random(92210 + truth);
+    std::normal_distribution<double> normal;
+    int decided = 0;
+    for (int k = 0; k < draws; ++k) {
+      Eigen::Vector3d e;
+      for (int i = 0; i < 3; ++i) e[i] = normal(random);
+      const Eigen::Vector3d y = said[truth].y + L[truth] * e;
+      const auto score = [&](std::size_t m) {
+        return ln_prior[m] - 0.5 * (ln_det[m] + L[m].triangularView<Eigen::Lower>().solve(y - said[m].y).squaredNorm());
+      };
+      const double own = score(truth);
+      bool best = true;
+      for (std::size_t m = 0; m < count && best; ++m)
+        best = nested(members[m], members[truth]) || own - score(m) > std::log(decisive);
+      decided += best ? 1 : 0;
+    }
+    least = std::min(least, static_cast<double>(decided) / draws);
+  }
+  return least;
+}
+
+/// Old and new runs together, each member refitted: how often the true one ends at ten times the others.
+double simulate(const Search& s, const std::vector<Member>& members, const std::vector<double>& ln_prior,
+                const Choice& c) {
+  std::vector<Run> runs = s.series().runs();
+  auto sd = s.stated_sd();
+  const auto usual = s.usual_sd();
+  Noise noise = s.noise();
+  int batch = 0;
+  for (const Run& r : runs) batch = std::max(batch, r.batch);
+  const std::size_t old = runs.size();
+  for (int k = 0; k < c.repeats; ++k) {
+    runs.push_back(c.run);
+    runs.back().batch = ++batch;
+    for (std::size_t ch = 0; ch < channel_count; ++ch)
+      runs.back().value[ch] = usual[ch] > 0 ? 0 : std::numeric_limits<double>::quiet_NaN();
+    sd.push_back(usual);
+    noise.weight.push_back(1);
+  }
+  int decided = 0, tried = 0;
+  for (std::size_t truth = 0; truth < members.size(); ++truth) {
+    const Member& m = members[truth];
+    std::mt19937_64 random(4711 + truth);
+    std::normal_distribution<double> normal;
+    const Eigen::MatrixXd root = Eigen::LLT<Eigen::MatrixXd>(m.V).matrixL();
+    for (int k = 0; k < full_draws / static_cast<int>(members.size()); ++k) {
+      Eigen::VectorXd e(root.cols());
+      for (Eigen::Index i = 0; i < e.size(); ++i) e[i] = normal(random);
+      const Eigen::VectorXd x = m.rival->fit.x + root * e;
+      double unused = 0;
+      Outputs y;
+      const Inputs in = s.series().inputs_of(m.rival->candidate, x, 0);
+      if (!model_run(s.series().given().wheel, c.run, in, Wanted::value, {}, unused, y, nullptr)) continue;
+      for (std::size_t r = old; r < runs.size(); ++r)
+        for (std::size_t ch = 0; ch < channel_count; ++ch)
+          if (usual[ch] > 0) runs[r].value[ch] = y[ch] + normal(random) * noise.scale[ch] * usual[ch];
+      const Series both(s.series().given(), runs, sd);
+      const Eigen::MatrixXd J = both.scatter_slopes(m.rival->candidate, m.rival->fit);
+      const Whitener w(both.layout(), noise, J);
+      std::vector<double> theta = m.rival->fit.theta;
+      theta.resize(runs.size(), 0.0);
+      double own = -INFINITY, other = -INFINITY;
+      for (std::size_t o = 0; o < members.size(); ++o) {
+        const Fit f = both.fit(members[o].rival->candidate, w, members[o].rival->fit.x, theta, 6);
+        const double score = f.ok ? ln_prior[o] - 0.5 * (f.objective() - members[o].rival->fit.objective()) : -INFINITY;
+        if (o == truth)
+          own = score;
+        else if (!nested(members[o], m))
+          other = std::max(other, score);
+      }
+      ++tried;
+      decided += own - other > std::log(decisive) ? 1 : 0;
+    }
+  }
+  return tried > 0 ? static_cast<double>(decided) / tried : 0;
+}
+
+/// Bench checks of the sensor effects among the members.
+std::vector<NextExperiment> bench_checks(const Search& s, const std::vector<Member>& members) {
+  std::vector<NextExperiment> out;
+  for (const Member& m : members) {
+    if (m.rival->candidate.effects.size() != 1) continue;
+    const int entry = m.rival->candidate.effects[0];
+    const EffectEntry& e = effect_entries()[static_cast<std::size_t>(entry)];
+    if (!e.bench_check) continue;
+    NextExperiment check;
+    check.bench_check = e.bench_check;
+    check.bench_effect = e.id;
+    for (const Member& o : members) check.decides.push_back(o.rival->candidate.id);
+    const Eigen::Index i = s.series().soil_parameters();
+    check.chance = bench_chance(m.rival->fit.x[i], std::sqrt(std::max(m.V(i, i), 0.0)), bench_sd(s, entry));
+    check.cost = 1;
+    // Shows this member or clears it: among three that leaves two.
+    if (members.size() > 2) check.decides = {e.id, "the others"};
+    out.push_back(check);
+  }
   return out;
 }
 
 }  // namespace
 
-std::vector<NextExperiment> next_experiments(const Search& s, const std::vector<std::string>& members) {
-  std::vector<NextExperiment> out;
-  std::vector<const Rival*> rivals;
+std::vector<NextExperiment> next_experiments(const Search& s, const std::vector<std::string>& ids) {
+  std::vector<Member> members;
   for (const Rival& r : s.rivals())
-    if (r.refitted && r.fit.ok && r.candidate.named() &&
-        (members.empty() ? rivals.size() < 2
-                         : std::find(members.begin(), members.end(), r.candidate.id) != members.end()))
-      rivals.push_back(&r);
-  if (rivals.size() > 3) rivals.resize(3);
-  std::vector<Eigen::MatrixXd> V;
-  for (const Rival* r : rivals) V.push_back(s.covariance(r->fit));
+    if (r.refitted && r.fit.ok && r.candidate.named() && members.size() < (ids.empty() ? 2 : most_members) &&
+        (ids.empty() || std::find(ids.begin(), ids.end(), r.candidate.id) != ids.end()))
+      members.push_back({&r, s.covariance(r.fit)});
+  if (members.empty()) return {};
+  std::vector<NextExperiment> out = bench_checks(s, members);
+  if (members.size() < 2) return out;
+  std::vector<double> ln_prior;
+  for (const Member& m : members) ln_prior.push_back(std::log(std::max(m.rival->posterior, 1e-9)));
   Eigen::Matrix3d sensor = Eigen::Matrix3d::Zero();
-  std::array<bool, channel_count> has{};
-  for (int i = 0; i < s.series().layout().size(); ++i)
-    has[static_cast<std::size_t>(s.series().layout()[i].channel)] = true;
-  for (std::size_t c = 0; c < channel_count; ++c) {
-    const double sd = has[c] ? s.noise().scale[c] * s.stated_sd()[0][c] : 1e6;
-    sensor(static_cast<int>(c), static_cast<int>(c)) = sd * sd / repeats;
+  for (int c = 0; c < channel_count; ++c) {
+    const auto ch = static_cast<std::size_t>(c);
+    const double usual = s.usual_sd()[ch], sd = usual > 0 ? s.noise().scale[ch] * usual : 1e6;
+    sensor(c, c) = sd * sd;
   }
-  struct Choice {
-    double d;
-    const Run* run;
-  };
-  const std::vector<Run> grid = possible(s.series().runs());
   std::vector<Choice> choices;
-  if (rivals.size() >= 2)
-    for (const Run& run : grid) {
-      std::vector<Predicted> p(rivals.size());
-      bool good = true;
-      for (std::size_t i = 0; i < rivals.size() && good; ++i) good = predict(s, *rivals[i], V[i], run, p[i]);
-      if (!good) continue;
-      double worst = INFINITY;
-      for (std::size_t b = 1; b < p.size(); ++b) {  // the most probable against each of the others, which refits
-        const Eigen::Vector3d delta = p[0].y - p[b].y;
-        const Eigen::Matrix3d C = sensor + 0.5 * (p[0].spread + p[b].spread);
-        worst = std::min(worst, std::sqrt(std::max(delta.dot(C.ldlt().solve(delta)), 0.0)));
-      }
-      choices.push_back({worst, &run});
+  for (const Choice& c : possible(s, members)) {
+    std::vector<Said> said(members.size());
+    bool good = true;
+    for (std::size_t i = 0; i < members.size() && good; ++i) good = say(s, members[i], c.run, c.width, said[i]);
+    if (!good) continue;
+    Choice best = c;
+    for (const int n : repeats) {
+      best.repeats = n;
+      best.chance = chance_of(members, said, ln_prior, sensor, n);
+      if (best.chance >= wanted) break;
     }
-  std::stable_sort(choices.begin(), choices.end(), [](const Choice& a, const Choice& b) { return a.d > b.d; });
-  const boost::math::normal normal;
-  for (std::size_t i = 0; i < std::min<std::size_t>(3, choices.size()); ++i) {
-    const Run& r = *choices[i].run;
+    best.cost += best.repeats;
+    choices.push_back(best);
+  }
+  // Those that decide come first, the cheapest of them before the surest; else the surest.
+  std::stable_sort(choices.begin(), choices.end(), [](const Choice& a, const Choice& b) {
+    const bool x = a.chance >= wanted, y = b.chance >= wanted;
+    if (x != y) return x;
+    if (x && a.cost != b.cost) return a.cost < b.cost;
+    return a.chance > b.chance;
+  });
+  std::vector<NextExperiment> runs;
+  for (std::size_t i = 0; i < std::min(shown, choices.size()); ++i) {
+    const Run& r = choices[i].run;
     NextExperiment e;
     e.condition = {
         {"load_N", r.load}, {"slip", r.slip}, {"omega_rad_s", r.omega}, {"pass", static_cast<double>(r.pass)}};
-    for (const Rival* m : rivals) e.decides.push_back(m->candidate.id);
-    const double d = choices[i].d;
-    e.chance = d > 1e-9 ? boost::math::cdf(normal, 0.5 * d - std::log(decisive) / d) : 0;
-    e.runs = repeats;
-    out.push_back(e);
+    for (const Member& m : members) e.decides.push_back(m.rival->candidate.id);
+    e.chance = choices[i].chance, e.cost = choices[i].cost, e.runs = choices[i].repeats;
+    if (choices[i].width > 1) e.condition["wheel_width_m"] = s.series().given().wheel.width * choices[i].width;
+    if (i == 0 && choices[i].width == 1) e.simulated = simulate(s, members, ln_prior, choices[i]);
+    runs.push_back(e);
   }
-  for (const Rival* m : rivals)
-    for (const int e : m->candidate.effects) {
-      const EffectEntry& entry = effect_entries()[static_cast<std::size_t>(e)];
-      if (!entry.bench_check) continue;
-      NextExperiment check;
-      check.bench_check = entry.bench_check;
-      for (const Rival* o : rivals) check.decides.push_back(o->candidate.id);
-      check.chance = 0.95;
-      out.push_back(check);
-    }
+  // A bench check that settles the class costs less than runs on soil.
+  out.insert(out.end(), runs.begin(), runs.end());
+  std::stable_sort(out.begin(), out.end(), [&](const NextExperiment& a, const NextExperiment& b) {
+    const auto settles = [&](const NextExperiment& e) {
+      return e.chance >= wanted && (e.bench_check.empty() || members.size() == 2);
+    };
+    if (settles(a) != settles(b)) return settles(a);
+    if (settles(a) && a.cost != b.cost) return a.cost < b.cost;
+    return a.chance > b.chance;
+  });
   return out;
 }
 

@@ -3,10 +3,13 @@
 
 namespace grouser::diagnosis {
 
-/// Runs on soil (load x slip x speed x pass, four repeats each) ranked by the worst separation of the first member from the others after their refit,
-/// then bench checks of sensor effects. Separation at a condition: d^2 = delta' (C/4 + (J_A V_A J_A' + J_B V_B J_B')/2)^-1 delta with
-/// delta the difference of the two fitted models, C the noise of a run, V the covariance of the fitted parameters;
-/// chance that the odds pass 10: Phi(d/2 - ln 10/d).
+/// What would tell the members of a class apart, best first: runs on soil (load x slip x speed x pass, or a wheel twice as wide; 4, 8 or 12 repeats) and
+/// bench checks of sensor effects.
+///   y | data, m ~ N(f_m, C/n + J_m V_m J_m'),   C of a run, V_m covariance of the fitted parameters of member m:
+/// the second part is all that a refit of m to the new runs can still follow. With m true, y is drawn 400 times; m is decided when its
+/// probability among all members is 10 times that of every other. `chance`: the least over the members, each taken as true.
+/// The first choice, unless it needs another wheel, is simulated in full: parameters drawn from V_m, runs with noise, refits of every member to old and new runs.
+/// cost: runs, 2 for each load or speed that the rig has not had yet, 6 for another wheel; a bench check counts as 1.
 std::vector<NextExperiment> next_experiments(const Search& s, const std::vector<std::string>& members);
 
 }  // namespace grouser::diagnosis

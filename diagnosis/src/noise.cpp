@@ -31,6 +31,61 @@ Eigen::MatrixXd covariance(const DataLayout& l, const DataLayout::Group& g, cons
   return C;
 }
 
+/// -2 ln likelihood over scales and omega without factoring each preparation anew. With D the sensors' variances and
+/// A = J'D^-1 J, b = J'D^-1 r, q = r'D^-1 r of a preparation, all sums over its channels of 1/scale^2 times what is fixed:
+///   r'C^-1 r = q - b'O(1 + O A O)^-1 O b,  ln det C = ln det D + ln det(1 + O A O),  O = diag(omega)   (Woodbury).
+class NoiseLikelihood {
+ public:
+  NoiseLikelihood(const DataLayout& layout, const Eigen::VectorXd& r, const Eigen::MatrixXd& J, const Noise& noise) {
+    for (const DataLayout::Group& g : layout.groups()) {
+      Sums s;
+      for (int i = g.first; i < g.first + g.count; ++i) {
+        const DataLayout::Item& item = layout[i];
+        const auto c = static_cast<std::size_t>(item.channel);
+        const double weight = noise.weight.empty() ? 1 : noise.weight[static_cast<std::size_t>(item.run)],
+                     p = weight / (item.sd * item.sd);
+        s.A00[c] += p * J(i, 0) * J(i, 0), s.A01[c] += p * J(i, 0) * J(i, 1), s.A11[c] += p * J(i, 1) * J(i, 1);
+        s.b0[c] += p * J(i, 0) * r[i], s.b1[c] += p * J(i, 1) * r[i], s.q[c] += p * r[i] * r[i];
+        ++count_[c];
+        fixed_ -= std::log(p);
+      }
+      sums_.push_back(s);
+    }
+  }
+  double operator()(const Noise& n) const {
+    std::array<double, channel_count> p{};
+    double out = fixed_;
+    for (std::size_t c = 0; c < channel_count; ++c) {
+      p[c] = 1 / (n.scale[c] * n.scale[c]);
+      out -= count_[c] * std::log(p[c]);
+    }
+    const double u = n.omega[0], v = n.omega[1];
+    const auto sum = [&](const std::array<double, channel_count>& x) {
+      return x[0] * p[0] + x[1] * p[1] + x[2] * p[2];
+    };
+    double determinant = 1;
+    int gathered = 0;
+    for (const Sums& s : sums_) {
+      out += sum(s.q);
+      if (u == 0 && v == 0) continue;
+      const double a = 1 + u * u * sum(s.A00), b = u * v * sum(s.A01), d = 1 + v * v * sum(s.A11), det = a * d - b * b;
+      const double x = u * sum(s.b0), y = v * sum(s.b1);
+      out -= (d * x * x - 2 * b * x * y + a * y * y) / det;
+      determinant *= det;
+      if (++gathered % 8 == 0) out += std::log(determinant), determinant = 1;
+    }
+    return out + std::log(determinant);
+  }
+
+ private:
+  struct Sums {
+    std::array<double, channel_count> A00{}, A01{}, A11{}, b0{}, b1{}, q{};
+  };
+  std::vector<Sums> sums_;
+  std::array<double, channel_count> count_{};
+  double fixed_ = 0;
+};
+
 }  // namespace
 
 DataLayout::DataLayout(const std::vector<Run>& runs, const std::vector<std::array<double, channel_count>>& sd)
@@ -56,16 +111,26 @@ DataLayout::DataLayout(const std::vector<Run>& runs, const std::vector<std::arra
 Whitener::Whitener(const DataLayout& layout, const Noise& noise, const Eigen::MatrixXd& J) : layout_(layout) {
   for (const DataLayout::Group& g : layout.groups()) {
     const Eigen::LLT<Eigen::MatrixXd> llt(covariance(layout, g, noise, J));
-    factor_.push_back(llt.matrixL());
-    log_determinant_ += 2 * factor_.back().diagonal().array().log().sum();
+    const Eigen::MatrixXd L = llt.matrixL();
+    for (Eigen::Index i = 0; i < L.rows(); ++i) {
+      for (Eigen::Index k = 0; k < i; ++k) factor_.push_back(L(i, k));
+      factor_.push_back(1 / L(i, i));
+      log_determinant_ += 2 * std::log(L(i, i));
+    }
   }
 }
 
 void Whitener::apply(Eigen::Ref<Eigen::MatrixXd> x) const {
-  for (std::size_t g = 0; g < factor_.size(); ++g) {
-    const DataLayout::Group& group = layout_.groups()[g];
-    auto block = x.middleRows(group.first, group.count);
-    factor_[g].triangularView<Eigen::Lower>().solveInPlace(block);
+  for (Eigen::Index c = 0; c < x.cols(); ++c) {
+    const double* l = factor_.data();
+    for (const DataLayout::Group& g : layout_.groups()) {
+      double* y = &x(g.first, c);
+      for (int i = 0; i < g.count; ++i) {
+        double sum = y[i];
+        for (int k = 0; k < i; ++k) sum -= *l++ * y[k];
+        y[i] = sum * *l++;
+      }
+    }
   }
 }
 
@@ -82,15 +147,12 @@ Noise fit_noise(const DataLayout& layout, const Eigen::VectorXd& residual, const
   for (int i = 0; i < layout.size(); ++i) ++counts[static_cast<std::size_t>(layout[i].channel)];
   // What the parameters took from the residuals.
   const double N = layout.size(), share = std::sqrt(std::max(N - free_parameters, 1.0) / N);
-  const Eigen::VectorXd r = residual / share;
+  const NoiseLikelihood likelihood(layout, residual / share, J, start);
   const auto value = [&](const std::vector<double>& x) {
     Noise n = start;
     for (std::size_t c = 0; c < channel_count; ++c) n.scale[c] = std::exp(x[c]);
     n.omega = {x[3], x[4]};
-    const Whitener w(layout, n, J);
-    Eigen::MatrixXd u = r;
-    w.apply(u);
-    return w.log_determinant() + u.squaredNorm() + noise_penalty(n, stated);
+    return likelihood(n) + noise_penalty(n, stated);
   };
   std::vector<double> x(5), lower(5), upper(5), step(5);
   for (std::size_t c = 0; c < channel_count; ++c) {

@@ -40,7 +40,7 @@ class DataLayout {
   int runs_;
 };
 
-/// Inverse Cholesky factors of every preparation's covariance.
+/// Cholesky factors of every preparation's covariance.
 class Whitener {
  public:
   /// soil_slopes: rows by items, a column for each of `scattered`.
@@ -50,7 +50,7 @@ class Whitener {
 
  private:
   const DataLayout& layout_;
-  std::vector<Eigen::MatrixXd> factor_;
+  std::vector<double> factor_;  ///< of one preparation after the other, by rows, diagonal inverted
   double log_determinant_ = 0;
 };
 

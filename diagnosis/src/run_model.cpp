@@ -2,6 +2,9 @@
 
 #include <ceres/jet.h>
 
+#include <cstring>
+#include <unordered_map>
+
 namespace grouser::bekker {
 template <int N>
 struct PlainPart<ceres::Jet<double, N>> {
@@ -12,53 +15,206 @@ struct PlainPart<ceres::Jet<double, N>> {
 namespace grouser::diagnosis {
 namespace {
 
-constexpr int effects = static_cast<int>(bekker::effect_count);
-constexpr int slip_column = soil_count, load_column = soil_count + 1, angle_column = soil_count + 2,
-              first_effect = soil_count + 3;
+using bekker::Effect;
+using Column = Eigen::Matrix<double, channel_count, 1>;
 
-int map_input(Map m) { return soil_count + effects + static_cast<int>(m); }
-
-/// Model's own slopes by slip and load, that the maps need, beside those that go to the caller.
-struct Raw {
+/// The wheel's own answer, before the maps of the measurement.
+struct Turned {
+  bool good = false;
+  double theta = 0;
   Outputs y{};
   Eigen::Matrix<double, channel_count, soil_count> soil;
-  Eigen::Matrix<double, channel_count, 1> slip, load;
-  std::array<Eigen::Matrix<double, channel_count, 1>, effects> effect;
+  Column slip, load;
+  std::array<Column, model_effects> effect;
 };
 
-/// One pass with N columns: soil, slip, load, theta_f, then the effects listed. The equilibrium Fz(theta_f, x) = W gives
-/// d theta_f/dx = -(dFz/dx - dW/dx)/(dFz/d theta_f) exactly.
+/// Effects whose slopes are asked for in one pass, and whether those by slip and load are.
+struct Asked {
+  std::array<int, model_effects> list{};
+  int count = 0;
+  bool slip_load = false, value_only = true;
+  bool has(Effect e) const {
+    return std::find(list.begin(), list.begin() + count, static_cast<int>(e)) != list.begin() + count;
+  }
+};
+
+/// All that the wheel sees of a run. Doubles alone, so that equal means bitwise equal.
+struct Seen {
+  std::array<double, soil_count> soil{};
+  std::array<double, model_effects> effect{};
+  double slip = 0, load = 0, omega = 0, pass = 1, order = 0;
+  bool operator==(const Seen& o) const { return std::memcmp(this, &o, sizeof *this) == 0; }
+};
+struct SeenHash {
+  std::size_t operator()(const Seen& s) const {
+    std::uint64_t word[sizeof(Seen) / 8], h = 0x9e3779b97f4a7c15U;
+    std::memcpy(word, &s, sizeof s);
+    for (const std::uint64_t w : word) h = (h ^ w) * 0x9fb21c651e98df25U, h ^= h >> 32U;
+    return h;
+  }
+};
+static_assert(sizeof(Seen) == 8 * (soil_count + model_effects + 5));
+
+std::uint32_t active_effects(const Inputs& in) {
+  std::uint32_t active = 0;
+  for (int i = 0; i < model_effects; ++i)
+    if (in[static_cast<std::size_t>(soil_count + i)] != effect_entries()[static_cast<std::size_t>(i)].off)
+      active |= 1U << i;
+  return active;
+}
+
+double value(const Inputs& in, Map m) { return in[static_cast<std::size_t>(input_of(m))]; }
+
+/// Slip as it is, of what was stated; `by_e`: its slope by the error of the radius.
+double true_slip(const Run& run, double e, double& by_e) {
+  by_e = 0;
+  const double s0 = run.slip, kappa0 = s0 < 0 ? (s0 <= -1 ? INFINITY : 1 / (1 + s0)) : 1 - s0;
+  if (!std::isfinite(kappa0)) return s0;
+  const double kappa = kappa0 * (1 + e);
+  by_e = kappa <= 1 ? -kappa0 : -kappa0 / (kappa * kappa);
+  if (e == 0) return s0;
+  return kappa <= 1 ? 1 - kappa : 1 / kappa - 1;
+}
+
+Seen seen_by(const Run& run, const Inputs& in, const Asked& asked) {
+  Seen s;
+  std::copy(in.begin(), in.begin() + soil_count, s.soil.begin());
+  std::copy(in.begin() + soil_count, in.begin() + soil_count + model_effects, s.effect.begin());
+  std::uint32_t looks = active_effects(in);
+  for (int i = 0; i < asked.count; ++i) looks |= 1U << static_cast<unsigned>(asked.list[static_cast<std::size_t>(i)]);
+  const auto on = [&](Effect e) { return (looks >> static_cast<unsigned>(e) & 1U) != 0; };
+  double unused;
+  s.slip = true_slip(run, value(in, Map::wheel_radius_error), unused);
+  s.load = run.load * (1 + value(in, Map::load_error));
+  if (on(Effect::pressure_rate) || on(Effect::shear_rate)) s.omega = run.omega;
+  if (on(Effect::repetitive_loading) || on(Effect::pass_strength)) s.pass = run.pass;
+  if (on(Effect::preparation_drift)) s.order = run.order;
+  return s;
+}
+
+/// One pass with N columns: soil, theta_f, slip and load where asked, then the effects listed. The equilibrium Fz(theta_f, x) = W
+/// gives d theta_f/dx = -(dFz/dx - dW/dx)/(dFz/d theta_f) exactly.
 template <int N>
 bool derive(const bekker::EffectWheel& wheel, const bekker::EffectCondition& run, const bekker::WheelState<double>& q,
-            double theta, const int* list, int count, Raw& raw) {
+            const Asked& asked, Turned& t) {
   using J = ceres::Jet<double, N>;
+  constexpr int angle_column = soil_count;
+  [[maybe_unused]] constexpr int slip_column = soil_count + 1, load_column = soil_count + 2;
+  [[maybe_unused]] const int first_effect = soil_count + 1 + (asked.slip_load ? 2 : 0);
   bekker::WheelState<J> s;
-  s.k = J(std::log(q.k), 0);
-  s.k = exp(s.k);
+  s.k = exp(J(std::log(q.k), 0));
   s.n = J(q.n, 1), s.c = J(q.c, 2), s.phi = J(q.phi, 3);
   s.K = exp(J(std::log(q.K), 4));
   s.a0 = J(q.a0, 5), s.a1 = J(q.a1, 6);
-  s.slip = J(q.slip, slip_column), s.load = J(q.load, load_column);
+  s.slip = J(q.slip), s.load = J(q.load);
+  if constexpr (N >= soil_count + 3)
+    if (asked.slip_load) s.slip.v[slip_column] = 1, s.load.v[load_column] = 1;
   s.active = q.active;
   for (std::size_t i = 0; i < s.effect.size(); ++i) s.effect[i] = J(q.effect[i]);
-  for (int i = 0; i < count; ++i) {
-    s.effect[static_cast<std::size_t>(list[i])].v[first_effect + i] = 1;
-    s.active |= 1U << static_cast<unsigned>(list[i]);
+  for (int i = 0; i < asked.count; ++i) {
+    const int e = asked.list[static_cast<std::size_t>(i)];
+    if constexpr (N > soil_count + 1) s.effect[static_cast<std::size_t>(e)].v[first_effect + i] = 1;
+    s.active |= 1U << static_cast<unsigned>(e);
   }
   bekker::WheelAnswer<J> a;
-  if (!bekker::effect_forces(wheel, run, s, J(theta, angle_column), a)) return false;
+  if (!bekker::effect_forces(wheel, run, s, J(t.theta, angle_column), a)) return false;
   const double slope = a.Fz.v[angle_column];
   if (!(std::abs(slope) > 0)) return false;
   const Eigen::Matrix<double, N, 1> turn = (s.load.v - a.Fz.v) / slope;
   const J* y[channel_count] = {&a.drawbar, &a.torque, &a.sinkage};
   for (int c = 0; c < channel_count; ++c) {
     const Eigen::Matrix<double, N, 1> d = y[c]->v + y[c]->v[angle_column] * turn;
-    raw.soil.row(c) = d.template head<soil_count>().transpose();
-    raw.slip[c] = d[slip_column];
-    raw.load[c] = d[load_column];
-    for (int i = 0; i < count; ++i) raw.effect[static_cast<std::size_t>(list[i])][c] = d[first_effect + i];
+    t.soil.row(c) = d.template head<soil_count>().transpose();
+    if constexpr (N >= soil_count + 3)
+      if (asked.slip_load) t.slip[c] = d[slip_column], t.load[c] = d[load_column];
+    if constexpr (N > soil_count + 1)
+      for (int i = 0; i < asked.count; ++i)
+        t.effect[static_cast<std::size_t>(asked.list[static_cast<std::size_t>(i)])][c] = d[first_effect + i];
   }
   return true;
+}
+
+/// t.theta: in: near the answer or 0.
+void turn(const bekker::EffectWheel& wheel, const Seen& s, const Asked& asked, Turned& t) {
+  bekker::WheelState<double> q;
+  q.k = std::exp(s.soil[0]), q.n = s.soil[1], q.c = s.soil[2], q.phi = s.soil[3], q.K = std::exp(s.soil[4]);
+  q.a0 = s.soil[5], q.a1 = s.soil[6];
+  q.slip = s.slip, q.load = s.load;
+  q.active = 0;
+  for (std::size_t i = 0; i < bekker::effect_count; ++i) {
+    q.effect[i] = s.effect[i];
+    if (q.effect[i] != effect_entries()[i].off) q.active |= 1U << i;
+  }
+  const bekker::EffectCondition condition{s.omega * wheel.radius, static_cast<int>(s.pass), s.order};
+  bekker::WheelAnswer<double> a{};
+  t.good = bekker::effect_equilibrium(wheel, condition, q, t.theta, t.theta, a) == bekker::ForceStatus::ok;
+  t.y = {a.drawbar, a.torque, a.sinkage};
+  if (!t.good || asked.value_only) return;
+  const int columns = soil_count + 1 + (asked.slip_load ? 2 : 0) + asked.count;
+  t.good = columns <= 8    ? derive<8>(wheel, condition, q, asked, t)
+           : columns <= 10 ? derive<10>(wheel, condition, q, asked, t)
+           : columns <= 12 ? derive<12>(wheel, condition, q, asked, t)
+                           : derive<soil_count + 3 + model_effects>(wheel, condition, q, asked, t);
+}
+
+/// Every different wheel once; `at`: which of them each run is.
+struct Batch {
+  std::vector<Turned> turned;
+  std::vector<std::size_t> at;
+  bool good = true;
+};
+Batch turn_all(const bekker::EffectWheel& wheel, const std::vector<Run>& runs, const std::vector<Inputs>& in,
+               const Asked& asked, const std::vector<double>& theta) {
+  Batch b;
+  b.at.reserve(runs.size());
+  std::unordered_map<Seen, std::size_t, SeenHash> known;
+  known.reserve(runs.size());
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const Seen s = seen_by(runs[r], in[r], asked);
+    const auto [found, fresh] = known.emplace(s, b.turned.size());
+    b.at.push_back(found->second);
+    if (!fresh) continue;
+    b.turned.emplace_back();
+    b.turned.back().theta = theta[r];
+    turn(wheel, s, asked, b.turned.back());
+    if (b.turned.back().good) continue;
+    b.good = false;
+    return b;
+  }
+  return b;
+}
+
+/// What the rig shows of a wheel.
+bool rig_shows(const Run& run, const Inputs& in, const Turned& t, Outputs& out, double& tilt) {
+  const double F = t.y[0], T = t.y[1], W = run.load;
+  tilt = std::tan(run.slope + value(in, Map::bed_slope));
+  out[0] = (1 + value(in, Map::drawbar_gain)) * (F - W * tilt) + value(in, Map::drawbar_bias);
+  out[1] = (1 + value(in, Map::torque_gain)) * T + value(in, Map::torque_offset) +
+           value(in, Map::torque_viscous) * run.omega + value(in, Map::torque_bearing) * W;
+  out[2] = t.y[2] + value(in, Map::sinkage_datum) + value(in, Map::rig_compliance) * W;
+  return std::isfinite(out[0]) && std::isfinite(out[1]) && std::isfinite(out[2]);
+}
+
+void map_slopes(const Run& run, const Inputs& in, const Turned& t, double tilt, bool slip_load, Slopes& d) {
+  const double F = t.y[0], T = t.y[1], W = run.load;
+  const double gain_F = 1 + value(in, Map::drawbar_gain), gain_T = 1 + value(in, Map::torque_gain);
+  if (slip_load) {
+    double by_e;
+    true_slip(run, value(in, Map::wheel_radius_error), by_e);
+    d.col(input_of(Map::wheel_radius_error)) = by_e * t.slip;
+    d.col(input_of(Map::load_error)) = W * t.load;
+  }
+  d.row(0) *= gain_F;
+  d.row(1) *= gain_T;
+  d(0, input_of(Map::drawbar_gain)) = F - W * tilt;
+  d(1, input_of(Map::torque_gain)) = T;
+  d(0, input_of(Map::drawbar_bias)) = 1;
+  d(0, input_of(Map::bed_slope)) = -gain_F * W * (1 + tilt * tilt);
+  d(1, input_of(Map::torque_offset)) = 1;
+  d(1, input_of(Map::torque_viscous)) = run.omega;
+  d(1, input_of(Map::torque_bearing)) = W;
+  d(2, input_of(Map::sinkage_datum)) = 1;
+  d(2, input_of(Map::rig_compliance)) = W;
 }
 
 }  // namespace
@@ -70,67 +226,99 @@ Inputs plain_inputs(const std::array<double, soil_count>& soil) {
   return in;
 }
 
+bool model_runs(const bekker::EffectWheel& wheel, const std::vector<Run>& runs, const std::vector<Inputs>& in,
+                Wanted wanted, const std::vector<int>& touched, std::vector<double>& theta, std::vector<Outputs>& out,
+                std::vector<Slopes>* slopes) {
+  theta.resize(runs.size(), 0.0);
+  out.resize(runs.size());
+  // Passes over the runs, by what the effects asked for look at: those of speed would split the runs of all others.
+  std::vector<Asked> passes(1);
+  const auto ask = [](Asked& a, int e) { a.list[static_cast<std::size_t>(a.count++)] = e; };
+  bool by_k_pass = false, by_k_order = false;  // these two only scale k: chain rule
+  if (wanted != Wanted::value && slopes) {
+    passes[0].value_only = false;
+    Asked speed, pass;
+    speed.value_only = pass.value_only = false;
+    for (int e = 0; e < static_cast<int>(effect_entries().size()); ++e) {
+      if (wanted != Wanted::all && std::find(touched.begin(), touched.end(), e) == touched.end()) continue;
+      if (e >= model_effects) {
+        passes[0].slip_load = passes[0].slip_load || e == model_effects + static_cast<int>(Map::wheel_radius_error) ||
+                              e == model_effects + static_cast<int>(Map::load_error);
+        continue;
+      }
+      const auto effect = static_cast<Effect>(e);
+      if (effect == Effect::preparation_drift)
+        by_k_order = true;
+      else if (effect == Effect::repetitive_loading)
+        by_k_pass = true;
+      else if (effect == Effect::pass_strength)
+        ask(pass, e);
+      else if (effect == Effect::pressure_rate || effect == Effect::shear_rate)
+        ask(speed, e);
+      else
+        ask(passes[0], e);
+    }
+    if (wanted == Wanted::all) {
+      if (speed.count > 0) passes.push_back(speed);
+      if (pass.count > 0) passes.push_back(pass);
+    } else {  // few: one pass
+      for (const Asked& more : {speed, pass})
+        for (int i = 0; i < more.count; ++i) ask(passes[0], more.list[static_cast<std::size_t>(i)]);
+    }
+    slopes->resize(runs.size());
+  }
+  for (std::size_t p = 0; p < passes.size(); ++p) {
+    const Batch b = turn_all(wheel, runs, in, passes[p], theta);
+    if (!b.good) return false;
+    for (std::size_t r = 0; r < runs.size(); ++r) {
+      const Turned& t = b.turned[b.at[r]];
+      if (p == 0) {
+        theta[r] = t.theta;
+        double tilt;
+        if (!rig_shows(runs[r], in[r], t, out[r], tilt)) return false;
+        if (passes[0].value_only) continue;
+        Slopes& d = (*slopes)[r];
+        d.setZero();
+        d.leftCols<soil_count>() = t.soil;
+        if (by_k_pass && runs[r].pass >= 2)
+          d.col(input_of(Effect::repetitive_loading)) =
+              t.soil.col(0) / (1 + in[r][static_cast<std::size_t>(input_of(Effect::repetitive_loading))]);
+        if (by_k_order)
+          d.col(input_of(Effect::preparation_drift)) =
+              t.soil.col(0) * runs[r].order /
+              (1 + in[r][static_cast<std::size_t>(input_of(Effect::preparation_drift))] * runs[r].order);
+        for (int i = 0; i < passes[0].count; ++i) {
+          const int e = passes[0].list[static_cast<std::size_t>(i)];
+          d.col(soil_count + e) = t.effect[static_cast<std::size_t>(e)];
+        }
+        map_slopes(runs[r], in[r], t, tilt, passes[0].slip_load, d);
+      } else {
+        for (int i = 0; i < passes[p].count; ++i) {
+          const int e = passes[p].list[static_cast<std::size_t>(i)];
+          Slopes& d = (*slopes)[r];
+          d.col(soil_count + e) = t.effect[static_cast<std::size_t>(e)];
+          d(0, soil_count + e) *= 1 + value(in[r], Map::drawbar_gain);
+          d(1, soil_count + e) *= 1 + value(in[r], Map::torque_gain);
+        }
+      }
+    }
+  }
+  if (slopes && wanted != Wanted::value)
+    for (const Slopes& d : *slopes)
+      if (!d.allFinite()) return false;
+  return true;
+}
+
 bool model_run(const bekker::EffectWheel& wheel, const Run& run, const Inputs& in, Wanted wanted,
                const std::vector<int>& touched, double& theta_f, Outputs& out, Slopes* slopes) {
-  const auto map = [&](Map m) { return in[static_cast<std::size_t>(map_input(m))]; };
-  // Slip and load as they are, of what was stated.
-  const double e = map(Map::wheel_radius_error), s0 = run.slip;
-  double slip = s0, slip_by_e = 0;
-  const double kappa0 = s0 < 0 ? (s0 <= -1 ? INFINITY : 1 / (1 + s0)) : 1 - s0;
-  if (std::isfinite(kappa0)) {
-    const double kappa = kappa0 * (1 + e);
-    slip = kappa <= 1 ? 1 - kappa : 1 / kappa - 1;
-    slip_by_e = kappa <= 1 ? -kappa0 : -kappa0 / (kappa * kappa);
-    if (e == 0) slip = s0;
-  }
-  bekker::WheelState<double> q;
-  q.k = std::exp(in[0]), q.n = in[1], q.c = in[2], q.phi = in[3], q.K = std::exp(in[4]), q.a0 = in[5], q.a1 = in[6];
-  q.slip = slip;
-  q.load = run.load * (1 + map(Map::load_error));
-  q.active = 0;
-  for (std::size_t i = 0; i < bekker::effect_count; ++i) {
-    q.effect[i] = in[soil_count + i];
-    if (q.effect[i] != effect_entries()[i].off) q.active |= 1U << i;
-  }
-  const bekker::EffectCondition condition{run.omega * wheel.radius, run.pass, run.order};
-  bekker::WheelAnswer<double> a{};
-  if (bekker::effect_equilibrium(wheel, condition, q, theta_f, theta_f, a) != bekker::ForceStatus::ok) return false;
-
-  const double F = a.drawbar, T = a.torque, W = run.load, tilt = std::tan(run.slope + map(Map::bed_slope));
-  const double gain_F = 1 + map(Map::drawbar_gain), gain_T = 1 + map(Map::torque_gain);
-  out[0] = gain_F * (F - W * tilt) + map(Map::drawbar_bias);
-  out[1] = gain_T * T + map(Map::torque_offset) + map(Map::torque_viscous) * run.omega + map(Map::torque_bearing) * W;
-  out[2] = a.sinkage + map(Map::sinkage_datum) + map(Map::rig_compliance) * W;
-  for (const double y : out)
-    if (!std::isfinite(y)) return false;
-  if (wanted == Wanted::value || !slopes) return true;
-
-  Raw raw;
-  int list[effects];
-  int count = 0;
-  for (int i = 0; i < effects; ++i)
-    if (wanted == Wanted::all || std::find(touched.begin(), touched.end(), i) != touched.end()) list[count++] = i;
-  const bool good = count <= 2 ? derive<12>(wheel, condition, q, theta_f, list, count, raw)
-                               : derive<32>(wheel, condition, q, theta_f, list, count, raw);
-  if (!good) return false;
-  Slopes& d = *slopes;
-  d.setZero();
-  d.leftCols<soil_count>() = raw.soil;
-  for (int i = 0; i < count; ++i) d.col(soil_count + list[i]) = raw.effect[static_cast<std::size_t>(list[i])];
-  d.col(map_input(Map::wheel_radius_error)) = slip_by_e * raw.slip;
-  d.col(map_input(Map::load_error)) = W * raw.load;
-  d.row(0) *= gain_F;
-  d.row(1) *= gain_T;
-  d(0, map_input(Map::drawbar_gain)) = F - W * tilt;
-  d(1, map_input(Map::torque_gain)) = T;
-  d(0, map_input(Map::drawbar_bias)) = 1;
-  d(0, map_input(Map::bed_slope)) = -gain_F * W * (1 + tilt * tilt);
-  d(1, map_input(Map::torque_offset)) = 1;
-  d(1, map_input(Map::torque_viscous)) = run.omega;
-  d(1, map_input(Map::torque_bearing)) = W;
-  d(2, map_input(Map::sinkage_datum)) = 1;
-  d(2, map_input(Map::rig_compliance)) = W;
-  return d.allFinite();
+  std::vector<double> theta{theta_f};
+  std::vector<Outputs> y;
+  std::vector<Slopes> d;
+  const bool good = model_runs(wheel, {run}, {in}, wanted, touched, theta, y, slopes ? &d : nullptr);
+  theta_f = theta[0];
+  out = y[0];
+  if (slopes && !d.empty()) *slopes = d[0];
+  return good;
 }
 
 }  // namespace grouser::diagnosis

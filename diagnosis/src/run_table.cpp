@@ -1,7 +1,7 @@
 #include <algorithm>
-#include <cstdio>
 #include <optional>
 
+#include "grouser/diagnosis/design.h"
 #include "grouser/diagnosis/runs.h"
 #include "grouser/diagnosis/wheel_fit.h"
 #include "grouser/terrain/csv.h"
@@ -126,6 +126,21 @@ class Labels {
   std::map<std::string, int> known_;
 };
 
+/// Number of the condition that a run repeats, or a new one. Where a column says what is a repeat, conditions are as good as weights
+/// and motors make them; else they must agree.
+int condition_of(const std::vector<Run>& earlier, const Run& r, bool stated) {
+  const double share = stated ? 0.1 : 1e-6, slip = stated ? 0.01 : 1e-6;
+  int next = 0;
+  for (const Run& e : earlier) {
+    next = std::max(next, e.condition + 1);
+    if (std::abs(e.slip - r.slip) <= slip && std::abs(e.load - r.load) <= share * e.load &&
+        std::abs(e.omega - r.omega) <= share * e.omega + 1e-12 && e.pass == r.pass &&
+        std::abs(e.slope - r.slope) <= 1e-3)
+      return e.condition;
+  }
+  return next;
+}
+
 void read_slip(Reader& in, std::size_t i, const DiagnosisCase& c, Run& r) {
   r.stated_slip = in.number("slip", i, false);
   const double radius = in.has("slip_radius") ? in.number("slip_radius", i, false) : nan;
@@ -147,7 +162,10 @@ void read_slip(Reader& in, std::size_t i, const DiagnosisCase& c, Run& r) {
 
 }  // namespace
 
-RunTable read_runs(const std::filesystem::path& csv, const DiagnosisCase& c) {
+namespace {
+
+/// planned: no values; the channels are those whose errors are stated.
+RunTable read_table(const std::filesystem::path& csv, const DiagnosisCase& c, bool planned) {
   RunTable t;
   t.file = csv;
   Reader in(csv);
@@ -162,21 +180,23 @@ RunTable read_runs(const std::filesystem::path& csv, const DiagnosisCase& c) {
   good &= need("load", "load_N", "add the vertical load of each run");
   for (int k = 0; k < channel_count; ++k) {
     const std::string base = channel_names()[static_cast<std::size_t>(k)].short_name;
-    t.measured[static_cast<std::size_t>(k)] = in.has(base);
+    t.measured[static_cast<std::size_t>(k)] = in.has(planned ? base + "_sd" : base);
     t.stated_sd[static_cast<std::size_t>(k)] = in.has(base + "_sd");
-    if (!in.has(base))
+    if (!t.measured[static_cast<std::size_t>(k)])
       t.notes.push_back("no column '" + std::string(channel_names()[static_cast<std::size_t>(k)].column) +
                         "': this channel is not used");
   }
   if (!t.measured[0] && !t.measured[1] && !t.measured[2]) {
-    in.errors().add(1, 1, "nothing was measured: give drawbar_N, torque_Nm or sinkage_m");
+    in.errors().add(1, 1,
+                    planned ? "nothing would be measured: give drawbar_sd_N, torque_sd_Nm or sinkage_sd_m"
+                            : "nothing was measured: give drawbar_N, torque_Nm or sinkage_m");
     good = false;
   }
   if (in.rows() == 0 && !in.errors().any()) in.errors().add(2, 1, "no runs below the header");
   if (!good) in.errors().check();
   t.has_order = in.has("order"), t.has_omega = in.has("omega"), t.has_batch = in.has("batch");
   t.has_slope = in.has("slope"), t.has_time = in.has("time");
-  Labels batches, conditions, wheels;
+  Labels batches, wheels;
   for (std::size_t i = 0; i < in.rows(); ++i) {
     Run r;
     r.line = in.records().rows[i].line;
@@ -191,7 +211,7 @@ RunTable read_runs(const std::filesystem::path& csv, const DiagnosisCase& c) {
     r.slope = t.has_slope ? in.number("slope", i, false) : 0;
     for (std::size_t k = 0; k < channel_count; ++k) {
       const std::string base = channel_names()[k].short_name;
-      r.value[k] = t.measured[k] ? in.number(base, i, true) : nan;
+      r.value[k] = !t.measured[k] ? nan : planned ? 0 : in.number(base, i, true);
       r.sd[k] = t.stated_sd[k] ? in.number(base + "_sd", i, true) : nan;
       if (t.stated_sd[k] && std::isfinite(r.value[k]) && !(r.sd[k] > 0))
         in.error(i, base + "_sd", "the standard deviation of a measured value must be above 0");
@@ -201,9 +221,7 @@ RunTable read_runs(const std::filesystem::path& csv, const DiagnosisCase& c) {
                "'" + in.text("wheel", i) + "' is a second wheel; one diagnosis takes one wheel: split the file");
     const std::string batch = t.has_batch ? in.text("batch", i) : "run " + std::to_string(i);
     r.batch = batches.of(batch);
-    char key[160];
-    std::snprintf(key, sizeof key, "%.6g %.6g %.6g %d %.6g", r.slip, r.load, r.omega, r.pass, r.slope);
-    r.condition = conditions.of(key);
+    r.condition = condition_of(t.runs, r, in.has("replicate"));
     r.cells = {{"slip", r.stated_slip},  {"load_N", r.load},
                {"omega_rad_s", r.omega}, {"pass", static_cast<double>(r.pass)},
                {"order", r.order},       {"slope_deg", r.slope * 57.29577951308232},
@@ -236,5 +254,10 @@ RunTable read_runs(const std::filesystem::path& csv, const DiagnosisCase& c) {
                         "': the noise of this channel is taken from the data");
   return t;
 }
+
+}  // namespace
+
+RunTable read_runs(const std::filesystem::path& csv, const DiagnosisCase& c) { return read_table(csv, c, false); }
+RunTable read_plan(const std::filesystem::path& csv, const DiagnosisCase& c) { return read_table(csv, c, true); }
 
 }  // namespace grouser::diagnosis

@@ -12,7 +12,7 @@ namespace grouser::diagnosis {
 namespace {
 
 constexpr int full = 25, quick = 5;  // iterations
-constexpr std::size_t shortlist = 12, most_refits = 10;
+constexpr std::size_t shortlist = 12, most_drifts = 6, pair_bases = 6, most_pairs = 16;
 
 /// Sd of each value; where none is stated from the repeats, else from the range, to be scaled by fit_noise.
 std::vector<std::array<double, channel_count>> sd_of(const std::vector<Run>& runs) {
@@ -27,15 +27,34 @@ std::vector<std::array<double, channel_count>> sd_of(const std::vector<Run>& run
   return out;
 }
 
+/// Slopes at slip 0 that are one-sided: two of these look alike at amplitude 0 and are not.
+bool kinked_at_zero_slip(const std::string& id) {
+  return id == "wheel_radius_error" || id == "flexible_wheel" || id == "lugs";
+}
+
 }  // namespace
 
 Search::Search(const DiagnosisCase& c, const RunTable& t, std::vector<Run> runs) : case_(c), stated_(t.stated_sd) {
   sd_ = sd_of(runs);
   for (const int e : visible_effects(c, t, runs)) all_.push_back(effect_candidate(e));
   named_ = all_.size();
+  aliases_.resize(named_);
   for (Candidate& d : drift_candidates(runs, t.has_order)) all_.push_back(std::move(d));
   series_ = std::make_unique<Series>(case_, std::move(runs), sd_);
   noise_.weight.assign(series_->runs().size(), 1);
+}
+
+std::array<double, channel_count> Search::usual_sd() const {
+  std::array<double, channel_count> out{};
+  for (std::size_t c = 0; c < channel_count; ++c) {
+    std::vector<double> all;
+    for (std::size_t r = 0; r < sd_.size(); ++r)
+      if (std::isfinite(series_->runs()[r].value[c])) all.push_back(sd_[r][c]);
+    if (all.empty()) continue;
+    std::nth_element(all.begin(), all.begin() + static_cast<long>(all.size() / 2), all.end());
+    out[c] = all[all.size() / 2];
+  }
+  return out;
 }
 
 void Search::set_whitener() { whitener_ = std::make_unique<Whitener>(series_->layout(), noise_, scatter_); }
@@ -81,40 +100,6 @@ Fit Search::refit(const Candidate& c, const Eigen::VectorXd& guess, const Fit& b
   return f;
 }
 
-void Search::settle_noise() {
-  for (int pass = 0; pass < 2; ++pass) {
-    const ScoreTable scores(*series_, nominal_candidate(), none_, *whitener_, all_);
-    Candidate best = nominal_candidate();
-    Fit f = none_;
-    if (scores.ok()) {
-      double most = 0;
-      Eigen::VectorXd guess;
-      for (std::size_t i = 0; i < all_.size(); ++i) {
-        const ScoreTable::Score s = scores.of(i);
-        const double e = s.gain - price(all_[i], s.gain);
-        if (e <= most) continue;
-        most = e, best = all_[i];
-        guess = Eigen::VectorXd(none_.x.size() + s.amplitude.size());
-        guess << none_.x + scores.base_step({i}, s.amplitude), s.amplitude;
-      }
-      if (most > 0) {
-        Fit g = refit(best, guess, none_);
-        if (g.ok && g.objective() < none_.objective())
-          f = std::move(g);
-        else
-          best = nominal_candidate();
-      }
-    }
-    scatter_ = series_->scatter_slopes(best, f);
-    update_weights(series_->layout(), f.residual, scatter_, noise_);
-    noise_ = fit_noise(series_->layout(), f.residual, scatter_, noise_, stated_, series_->runs().size() >= 20,
-                       static_cast<int>(f.x.size()));
-    update_weights(series_->layout(), f.residual, scatter_, noise_);
-    set_whitener();
-    none_ = series_->fit(nominal_candidate(), *whitener_, none_.x, none_.theta, full);
-  }
-}
-
 double Search::price(const Candidate& c, double gain) const {
   const double k = static_cast<double>(c.terms.size());
   if (!c.named()) return k * std::log(15.0);
@@ -123,16 +108,35 @@ double Search::price(const Candidate& c, double gain) const {
   return k * std::log(d * std::log(60.0) / std::sqrt(2 * 3.14159265358979));
 }
 
-double Search::own_noise_gain() const {
-  // The nominal model with the noise that suits it best: what more noise could explain is no effect.
-  const Noise own = fit_noise(series_->layout(), none_.residual, scatter_, noise_, stated_,
-                              series_->runs().size() >= 20, static_cast<int>(none_.x.size()));
-  const Whitener w(series_->layout(), own, scatter_);
-  Fit f = none_;
-  series_->reweigh(f, w);
-  const double shared = none_.chi2 + whitener_->log_determinant() + noise_penalty(noise_, stated_);
-  const double best = f.chi2 + w.log_determinant() + noise_penalty(own, stated_);
-  return std::max(0.0, 0.5 * (shared - best));
+/// Effects that do the same to these runs, to a millionth, are one candidate that answers to all their names.
+void Search::join_aliases() {
+  const ScoreTable scores(*series_, nominal_candidate(), none_, *whitener_, all_);
+  if (!scores.ok()) return;
+  std::vector<bool> gone(named_, false);
+  for (std::size_t a = 0; a < named_; ++a)
+    for (std::size_t b = a + 1; b < named_ && !gone[a]; ++b)
+      if (!gone[b] && !kinked_at_zero_slip(all_[a].id) && !kinked_at_zero_slip(all_[b].id) && scores.visible(a) > 0 &&
+          scores.likeness(a, b) > 1 - 1e-6) {
+        gone[b] = true;
+        aliases_[a].push_back(all_[b].id);
+      }
+  std::vector<Candidate> kept;
+  std::vector<std::vector<std::string>> names;
+  for (std::size_t i = 0; i < all_.size(); ++i) {
+    if (i < named_ && gone[i]) continue;
+    if (i < named_) names.push_back(aliases_[i]);
+    kept.push_back(all_[i]);
+  }
+  all_ = std::move(kept);
+  aliases_ = std::move(names);
+  named_ = aliases_.size();
+}
+
+const std::vector<std::string>& Search::aliases(int entry) const {
+  static const std::vector<std::string> none;
+  for (std::size_t i = 0; i < named_; ++i)
+    if (all_[i].effects[0] == entry) return aliases_[i];
+  return none;
 }
 
 void Search::rank() {
@@ -148,9 +152,12 @@ void Search::rank() {
     r.guess << none_.x + scores_->base_step(of, s.amplitude), s.amplitude;
     rivals_.push_back(std::move(r));
   };
-  const double n = static_cast<double>(named_), drifts = static_cast<double>(all_.size() - named_);
+  double n = static_cast<double>(named_);
+  for (const auto& also : aliases_) n += static_cast<double>(also.size());
+  const double drifts = static_cast<double>(all_.size() - named_);
   for (std::size_t i = 0; i < all_.size(); ++i)
-    add(all_[i], {i}, scores_->of(i), i < named_ ? share_named / n : share_drift / drifts);
+    add(all_[i], {i}, scores_->of(i),
+        i < named_ ? share_named / n * (1 + static_cast<double>(aliases_[i].size())) : share_drift / drifts);
   for (std::size_t a = 0; a < named_; ++a)
     for (std::size_t b = a + 1; b < named_; ++b)
       add(pair_candidate(all_[a].effects[0], all_[b].effects[0]), {a, b}, scores_->of_pair(a, b),
@@ -169,7 +176,7 @@ void Search::rank() {
                    [&](std::size_t a, std::size_t b) { return rivals_[a].evidence > rivals_[b].evidence; });
   for (std::size_t k = 0; k < order.size(); ++k) {
     const std::string& id = rivals_[order[k]].candidate.id;
-    const bool radius = id == "wheel_radius_error", kinked = radius || id == "flexible_wheel" || id == "lugs";
+    const bool radius = id == "wheel_radius_error", kinked = kinked_at_zero_slip(id);
     if (k < shortlist || kinked) do_refit(rivals_[order[k]]);
     if (!kinked || !rivals_[order[k]].fit.ok) continue;
     for (const double side : {-1.0, 1.0}) {  // both sides of the step at slip 0
@@ -198,56 +205,74 @@ void Search::rank() {
         if (r.refitted) r.gain = std::max(0.0, r.gain - less), r.evidence = r.gain - price(r.candidate, r.gain);
     }
   }
-  // Pairs and drifts: refit those that could still win, best first.
-  for (std::size_t k = 0; k < most_refits; ++k) {
-    double refitted = 0;
+  // Drifts: refit those that could still win, best first.
+  const auto best_refitted = [&] {
+    double best = 0;
+    for (const Rival& r : rivals_)
+      if (r.refitted) best = std::max(best, r.evidence + r.weight);
+    return best;
+  };
+  for (std::size_t k = 0; k < most_drifts; ++k) {
     Rival* next = nullptr;
-    for (Rival& r : rivals_) {
-      if (r.refitted) refitted = std::max(refitted, r.evidence + r.weight);
-      if (!r.refitted && (!next || r.evidence + r.weight > next->evidence + next->weight)) next = &r;
-    }
-    if (!next || next->evidence + next->weight < refitted - std::log(decisive) - 1) break;
+    for (Rival& r : rivals_)
+      if (!r.refitted && !r.candidate.named() && (!next || r.evidence + r.weight > next->evidence + next->weight))
+        next = &r;
+    if (!next || next->evidence + next->weight < best_refitted() - std::log(decisive) - 1) break;
     do_refit(*next);
-    if (k == 2) {
-      Rival* best = nullptr;
-      for (Rival& r : rivals_)
-        if (r.refitted && r.candidate.effects.size() == 1 && (!best || r.evidence > best->evidence)) best = &r;
-      if (best) add_pairs_beside(Rival(*best));
-    }
   }
+  rank_pairs();
   // A slope alone is an upper bound: what was not refitted cannot win.
   for (Rival& r : rivals_)
     if (!r.refitted) r.evidence = std::min(r.evidence, 0.0);
 }
 
-/// Scores again from where the best single effect ended: partners that only show beside it.
-void Search::add_pairs_beside(const Rival& best) {
-  std::vector<Candidate> partners(all_.begin(), all_.begin() + static_cast<long>(named_));
-  const ScoreTable scores(*series_, best.candidate, best.fit, *whitener_, partners);
-  if (!scores.ok()) return;
-  std::vector<std::pair<double, std::size_t>> order;
+/// All pairs by score: from the nominal model, and beside each of the best single effects at its own size, which shows partners that a
+/// slope at zero does not. Those that could still win are refitted, best estimate first.
+void Search::rank_pairs() {
+  std::vector<std::size_t> singles;
   for (std::size_t i = 0; i < named_; ++i)
-    if (partners[i].effects[0] != best.candidate.effects[0]) order.push_back({-scores.of(i).gain, i});
-  std::sort(order.begin(), order.end());
-  for (std::size_t k = 0; k < std::min<std::size_t>(3, order.size()); ++k) {
-    const std::size_t i = order[k].second;
-    const ScoreTable::Score s = scores.of(i);
-    if (s.gain < 4) break;
-    const int a = best.candidate.effects[0], b = partners[i].effects[0];
-    for (Rival& r : rivals_) {
-      if (r.candidate.effects.size() != 2 || r.refitted) continue;
-      const bool same = (r.candidate.effects[0] == a && r.candidate.effects[1] == b) ||
-                        (r.candidate.effects[0] == b && r.candidate.effects[1] == a);
-      if (!same) continue;
-      Eigen::VectorXd x(best.fit.x.size() + 1);
-      x << best.fit.x + scores.base_step({i}, s.amplitude), s.amplitude;
-      const Candidate ordered = pair_candidate(a, b);
-      r.candidate = ordered;
-      r.fit = refit(r.candidate, x, best.fit);
-      r.refitted = true;
-      r.gain = r.fit.ok ? std::max(0.0, 0.5 * (none_.objective() - r.fit.objective())) : 0;
-      r.evidence = r.gain - price(r.candidate, r.gain);
+    if (rivals_[i].refitted && rivals_[i].fit.ok) singles.push_back(i);
+  std::stable_sort(singles.begin(), singles.end(),
+                   [&](std::size_t a, std::size_t b) { return rivals_[a].gain > rivals_[b].gain; });
+  if (singles.empty() || rivals_[singles[0]].gain < 4) return;
+  if (singles.size() > pair_bases) singles.resize(pair_bases);
+  std::vector<std::size_t> place(named_ * named_);  // of a pair in rivals_
+  for (std::size_t r = all_.size(), a = 0; a < named_; ++a)
+    for (std::size_t b = a + 1; b < named_; ++b, ++r) place[a * named_ + b] = place[b * named_ + a] = r;
+  const std::vector<Candidate> partners(all_.begin(), all_.begin() + static_cast<long>(named_));
+  for (const std::size_t base : singles) {
+    const Rival& one = rivals_[base];
+    const ScoreTable scores(*series_, one.candidate, one.fit, *whitener_, partners);
+    if (!scores.ok()) continue;
+    for (std::size_t i = 0; i < named_; ++i) {
+      if (i == base) continue;
+      Rival& pair = rivals_[place[base * named_ + i]];
+      const ScoreTable::Score s = scores.of(i);
+      const double estimate = one.gain + s.gain;
+      if (pair.base && pair.gain >= estimate) continue;  // from the nominal model: far less sure
+      pair.candidate = pair_candidate(one.candidate.effects[0], partners[i].effects[0]);
+      pair.base = true;
+      pair.gain = estimate;
+      pair.evidence = estimate - price(pair.candidate, estimate);
+      pair.guess = Eigen::VectorXd(one.fit.x.size() + 1);
+      pair.guess << one.fit.x + scores.base_step({i}, s.amplitude), s.amplitude;
     }
+  }
+  std::vector<Rival*> order;
+  for (std::size_t r = all_.size(); r < rivals_.size(); ++r) order.push_back(&rivals_[r]);
+  std::stable_sort(order.begin(), order.end(),
+                   [](const Rival* a, const Rival* b) { return a->evidence > b->evidence; });
+  double best = 0;
+  for (const Rival& r : rivals_)
+    if (r.refitted) best = std::max(best, r.evidence + r.weight);
+  for (std::size_t k = 0; k < std::min(most_pairs, order.size()); ++k) {
+    Rival& r = *order[k];
+    if (r.evidence + r.weight < best - std::log(decisive) - 1) break;
+    r.fit = refit(r.candidate, r.guess, none_);
+    r.refitted = true;
+    r.gain = r.fit.ok ? std::max(0.0, 0.5 * (none_.objective() - r.fit.objective())) : 0;
+    r.evidence = r.gain - price(r.candidate, r.gain);
+    best = std::max(best, r.evidence + r.weight);
   }
 }
 
@@ -288,6 +313,7 @@ void Search::weigh() {
 void Search::run() {
   const std::clock_t begin = std::clock();
   fit_nominal();
+  join_aliases();
   settle_noise();
   rank();
   weigh();

@@ -15,6 +15,7 @@ struct Rival {
   double weight = 0;    ///< ln prior share
   double posterior = 0;
   bool refitted = false;
+  bool base = false;  ///< a pair estimated beside one of its effects
   Fit fit;
   Eigen::VectorXd guess;  ///< start of the refit
 };
@@ -33,6 +34,9 @@ class Search {
   double posterior_unknown() const { return posterior_unknown_; }
   double mixture_bayes_factor() const { return mixture_; }
   double refit_seconds() const { return seconds_; }
+  bool disowned() const {
+    return disowned_;
+  }  ///< more rows looked like outliers than outliers are: none was taken for one
   const Whitener& whitener() const { return *whitener_; }
   const Eigen::MatrixXd& scatter() const { return scatter_; }
   const ScoreTable& scores() const { return *scores_; }
@@ -51,17 +55,25 @@ class Search {
   /// Laplace standard deviations of the parameters of a fit.
   Eigen::MatrixXd covariance(const Fit& f) const;
   std::vector<std::array<double, channel_count>> stated_sd() const { return sd_; }
+  std::array<double, channel_count> usual_sd() const;  ///< median over the rows that were measured
+  /// Other effects that do exactly the same to these runs.
+  const std::vector<std::string>& aliases(int entry) const;
+  /// Degrees of freedom behind the sensors' scales.
+  double noise_dof(double parameters) const;
 
  private:
   void fit_nominal();
   void settle_noise();
+  void weigh_runs(const Fit& f);
+  void add_second(Candidate& best, Fit& f) const;
+  Noise noise_of(const Fit& f) const;
   void set_whitener();
   void rank();
   void weigh();
-  void add_pairs_beside(const Rival& best);
+  void rank_pairs();
+  void join_aliases();
   double price(const Candidate& c, double gain) const;
   double own_noise_gain() const;
-  double noise_dof(double parameters) const;
 
   DiagnosisCase case_;
   std::array<bool, channel_count> stated_{};
@@ -69,6 +81,8 @@ class Search {
   std::unique_ptr<Series> series_;
   std::vector<Candidate> all_;  ///< named effects, then drifts
   std::size_t named_ = 0;
+  bool disowned_ = false;
+  std::vector<std::vector<std::string>> aliases_;  ///< of each named candidate
   Noise noise_;
   Eigen::MatrixXd scatter_;
   std::unique_ptr<Whitener> whitener_;

@@ -31,25 +31,34 @@ std::array<double, soil_count> Series::soil_of(const Eigen::VectorXd& x) const {
 
 Inputs Series::inputs_of(const Candidate& c, const Eigen::VectorXd& x, std::size_t run) const {
   Inputs in = plain_inputs(soil_of(x));
+  for (const Held& h : c.held) in[static_cast<std::size_t>(h.input)] += h.value;
   for (std::size_t t = 0; t < c.terms.size(); ++t)
     in[static_cast<std::size_t>(c.terms[t].input)] +=
         x[soil_parameters() + static_cast<Eigen::Index>(t)] * c.terms[t].at(run);
   return in;
 }
 
+std::vector<int> touched(const Candidate& c) {
+  std::vector<int> out;
+  for (const Term& t : c.terms)
+    if (t.input >= soil_count) out.push_back(t.input - soil_count);
+  return out;
+}
+
+std::vector<Inputs> Series::inputs(const Candidate& c, const Eigen::VectorXd& x) const {
+  std::vector<Inputs> in;
+  in.reserve(runs_.size());
+  for (std::size_t r = 0; r < runs_.size(); ++r) in.push_back(inputs_of(c, x, r));
+  return in;
+}
+
 bool Series::evaluate(const Candidate& c, const Eigen::VectorXd& x, std::vector<double>& theta, Eigen::VectorXd& y,
                       Eigen::MatrixXd* J) const {
-  std::vector<int> touched;
-  for (const Term& t : c.terms)
-    if (t.input >= soil_count && t.input < soil_count + static_cast<int>(bekker::effect_count))
-      touched.push_back(t.input - soil_count);
-  std::vector<Outputs> out(runs_.size());
-  std::vector<Slopes> slopes(J ? runs_.size() : 0);
-  theta.resize(runs_.size(), 0.0);
-  for (std::size_t r = 0; r < runs_.size(); ++r)
-    if (!model_run(case_.wheel, runs_[r], inputs_of(c, x, r), J ? Wanted::soil_and_touched : Wanted::value, touched,
-                   theta[r], out[r], J ? &slopes[r] : nullptr))
-      return false;
+  std::vector<Outputs> out;
+  std::vector<Slopes> slopes;
+  if (!model_runs(case_.wheel, runs_, inputs(c, x), J ? Wanted::soil_and_touched : Wanted::value, touched(c), theta,
+                  out, J ? &slopes : nullptr))
+    return false;
   y.resize(layout_.size());
   if (J) J->resize(layout_.size(), x.size());
   for (int i = 0; i < layout_.size(); ++i) {
@@ -73,11 +82,9 @@ bool Series::predict(const Candidate& c, const Eigen::VectorXd& x, std::vector<d
 bool Series::all_slopes(const Candidate& c, const Eigen::VectorXd& x, std::vector<double>& theta,
                         Eigen::MatrixXd& out) const {
   out.resize(layout_.size(), input_count);
-  std::vector<Slopes> slopes(runs_.size());
-  theta.resize(runs_.size(), 0.0);
-  Outputs y;
-  for (std::size_t r = 0; r < runs_.size(); ++r)
-    if (!model_run(case_.wheel, runs_[r], inputs_of(c, x, r), Wanted::all, {}, theta[r], y, &slopes[r])) return false;
+  std::vector<Outputs> y;
+  std::vector<Slopes> slopes;
+  if (!model_runs(case_.wheel, runs_, inputs(c, x), Wanted::all, {}, theta, y, &slopes)) return false;
   for (int i = 0; i < layout_.size(); ++i)
     out.row(i) = slopes[static_cast<std::size_t>(layout_[i].run)].row(layout_[i].channel);
   return true;
@@ -99,13 +106,11 @@ void Series::reweigh(Fit& f, const Whitener& w) const {
 }
 
 Eigen::MatrixXd Series::scatter_slopes(const Candidate& c, const Fit& f) const {
-  Eigen::MatrixXd out(layout_.size(), static_cast<Eigen::Index>(scattered.size()));
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(layout_.size(), static_cast<Eigen::Index>(scattered.size()));
   std::vector<double> theta = f.theta;
-  std::vector<Slopes> slopes(runs_.size());
-  Outputs y;
-  for (std::size_t r = 0; r < runs_.size(); ++r)
-    if (!model_run(case_.wheel, runs_[r], inputs_of(c, f.x, r), Wanted::soil_and_touched, {}, theta[r], y, &slopes[r]))
-      slopes[r].setZero();
+  std::vector<Outputs> y;
+  std::vector<Slopes> slopes;
+  if (!model_runs(case_.wheel, runs_, inputs(c, f.x), Wanted::soil_and_touched, {}, theta, y, &slopes)) return out;
   for (int i = 0; i < layout_.size(); ++i)
     for (std::size_t k = 0; k < scattered.size(); ++k)
       out(i, static_cast<Eigen::Index>(k)) =
@@ -159,8 +164,12 @@ Fit Series::fit(const Candidate& c, const Whitener& w, const Eigen::VectorXd& st
                 int iterations) const {
   Fit f;
   f.x = start;
+  std::vector<double> near = theta;
+  Eigen::VectorXd y;
+  if (!evaluate(c, start, near, y, nullptr)) return f;  // no wheel there: nothing to descend from
   ceres::Problem problem;
-  problem.AddResidualBlock(new SeriesCost(*this, c, w, theta), nullptr, f.x.data());
+  if (start.size() > 0)  // nothing free: a prediction
+    problem.AddResidualBlock(new SeriesCost(*this, c, w, near), nullptr, f.x.data());
   for (std::size_t i = 0; i < free_.size(); ++i) {
     const SoilCoordinate& s = soil_coordinates()[static_cast<std::size_t>(free_[i])];
     problem.SetParameterLowerBound(f.x.data(), static_cast<int>(i), s.lower);
@@ -179,12 +188,11 @@ Fit Series::fit(const Candidate& c, const Whitener& w, const Eigen::VectorXd& st
   o.num_threads = 1;
   o.max_num_consecutive_invalid_steps = 12;
   ceres::Solver::Summary summary;
-  if (iterations > 0) {
+  if (iterations > 0 && start.size() > 0) {
     ceres::Solve(o, &problem, &summary);
     if (summary.termination_type == ceres::FAILURE) return f;
   }
-  f.theta = theta;
-  Eigen::VectorXd y;
+  f.theta = near;
   if (!evaluate(c, f.x, f.theta, y, &f.jacobian)) return f;
   f.residual = y_ - y;
   reweigh(f, w);

@@ -17,14 +17,24 @@ struct Term {
   double at(std::size_t run) const { return shape.size() ? shape[static_cast<Eigen::Index>(run)] : 1; }
 };
 
+/// An amplitude that is not fitted.
+struct Held {
+  int input = 0;
+  double value = 0;
+};
+
 /// A cause that could explain the misfit: one named effect, two of them, or a soil parameter or channel that drifts with a variable.
 struct Candidate {
   std::string id;
   std::vector<Term> terms;
   std::vector<int> effects;            ///< entries of effect_entries() for named ones
   std::string variable, acts_through;  ///< of a drift
+  std::vector<Held> held = {};
   bool named() const { return !effects.empty(); }
 };
+
+/// Entries of effect_entries() that its terms move.
+std::vector<int> touched(const Candidate& c);
 
 /// Parameters: soil coordinates that have a prior, then amplitudes.
 struct Fit {
@@ -51,6 +61,7 @@ class Series {
   Eigen::VectorXd prior_mean() const;
   std::array<double, soil_count> soil_of(const Eigen::VectorXd& x) const;
   Inputs inputs_of(const Candidate& c, const Eigen::VectorXd& x, std::size_t run) const;
+  std::vector<Inputs> inputs(const Candidate& c, const Eigen::VectorXd& x) const;  ///< of every run
 
   /// Outputs of every run in the layout's order. False: no answer for some run.
   bool predict(const Candidate& c, const Eigen::VectorXd& x, std::vector<double>& theta, Eigen::VectorXd& y) const;

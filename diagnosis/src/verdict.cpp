@@ -3,17 +3,20 @@
 #include <cstdio>
 #include <ctime>
 
+#include "cross_validation.h"
 #include "gain.h"
 #include "grouser/diagnosis/diagnose.h"
 #include "grouser/terrain/config.h"
 #include "grouser/terrain/csv.h"
+#include "lack_of_fit.h"
 #include "next_experiment.h"
+#include "profile.h"
 #include "search.h"
 
 namespace grouser::diagnosis {
 namespace {
 
-constexpr double gate_p = 0.01, conflict_z = 3, normal_95 = 1.6448536269514722;
+constexpr double gate_p = 0.01, conflict_z = 3, swallowing = 2.5, beyond_doubt = 20, normal_95 = 1.6448536269514722;
 
 Interval shown_interval(int entry, double amplitude, double low, double high, double sd) {
   const EffectEntry& e = effect_entries()[static_cast<std::size_t>(entry)];
@@ -42,7 +45,7 @@ std::vector<Interval> amplitudes_of(const Search& s, const Rival& r) {
   return out;
 }
 
-FittedModel model_of(const Search& s, const Candidate& c, const Fit& f) {
+FittedModel model_of(const Search& s, const Fit& f) {
   FittedModel m;
   const Series& series = s.series();
   const Eigen::MatrixXd V = s.covariance(f);
@@ -70,7 +73,6 @@ FittedModel model_of(const Search& s, const Candidate& c, const Fit& f) {
     if (k.logarithmic) v.sd *= v.value;
     m.parameters[k.name] = v;
   }
-  (void)c;
   return m;
 }
 
@@ -136,6 +138,48 @@ Split split(const RunTable& t, const std::vector<std::string>& withhold) {
   return out;
 }
 
+/// Amplitudes of the extended model with profile intervals.
+std::map<std::string, Interval> profiled(const Search& s, const Candidate& c, const Fit& f) {
+  std::map<std::string, Interval> out;
+  const Eigen::MatrixXd V = s.covariance(f);
+  for (std::size_t k = 0; k < c.effects.size(); ++k) {
+    const auto i = s.series().soil_parameters() + static_cast<Eigen::Index>(k);
+    const auto [low, high] = profile_interval(s, c, f, k);
+    out[effect_entries()[static_cast<std::size_t>(c.effects[k])].id] =
+        shown_interval(c.effects[k], f.x[i], low, high, std::sqrt(std::max(V(i, i), 0.0)));
+  }
+  return out;
+}
+
+/// Whether runs left out agree with the name: it does better than the nominal model, and no rival does so much better that its odds
+/// would turn to ten to one. `better`: the rival that does.
+struct Crossed {
+  bool agrees = true, done = false;
+  const Rival* better = nullptr;
+};
+Crossed cross(const Search& s, const Rival& named, Diagnosis& d) {
+  const Candidate none = nominal_candidate();
+  std::vector<Account> accounts{{&none, &s.nominal()}, {&named.candidate, &named.fit}};
+  std::vector<const Rival*> of{nullptr, &named};
+  for (const Rival& r : s.rivals())
+    if (&r != &named && r.refitted && r.fit.ok && r.candidate.named() && accounts.size() < 4 &&
+        r.posterior * decisive * decisive > named.posterior)
+      accounts.push_back({&r.candidate, &r.fit}), of.push_back(&r);
+  const std::vector<double> gain = cross_validate(s, accounts);
+  Crossed out;
+  if (std::isnan(gain[1])) return out;
+  out.done = true;
+  for (std::size_t i = 1; i < of.size(); ++i)
+    for (Ranked& r : d.ranking)
+      if (r.id == of[i]->candidate.id) r.cross_validation = gain[i];
+  // A cause that shows at one slip alone (a wrong radius at slip 0) is lost with that block: strong evidence is not given up for it.
+  out.agrees = gain[1] > 0 || named.gain > beyond_doubt;
+  for (std::size_t i = 2; i < of.size(); ++i)
+    if (gain[i] - gain[1] > std::log(decisive) + std::log(named.posterior / std::max(of[i]->posterior, 1e-12)))
+      out.agrees = false, out.better = of[i];
+  return out;
+}
+
 }  // namespace
 
 Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vector<std::string>& withhold) {
@@ -147,11 +191,17 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
   Search s(c, data, parts.kept);
   s.run();
   d.rank_seconds = s.refit_seconds();
-  d.nominal = model_of(s, nominal_candidate(), s.nominal());
+  d.nominal = model_of(s, s.nominal());
   for (std::size_t k = 0; k < channel_count; ++k) d.noise_scale[k] = s.noise().scale[k];
   d.scatter_ln_k = s.noise().omega[0], d.scatter_phi = s.noise().omega[1];
   for (std::size_t r = 0; r < s.noise().weight.size(); ++r)
     if (s.noise().weight[r] < 0.5) d.suspect_lines.push_back(s.series().runs()[r].line);
+  d.weights = s.noise().weight;
+  d.sd = s.stated_sd();
+  for (auto& sd : d.sd)
+    for (std::size_t k = 0; k < channel_count; ++k) sd[k] *= s.noise().scale[k];
+  if (s.disowned())
+    d.notes.push_back("more rows than outliers would be lie far from every account: all keep their weight");
 
   const std::vector<Rival>& rivals = s.rivals();
   for (std::size_t i = 0; i < std::min<std::size_t>(rivals.size(), 20); ++i) {
@@ -166,8 +216,16 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
   d.posterior["none"] = s.posterior_none();
   d.posterior["unknown"] = s.posterior_unknown();
   int shown = 0;
-  for (const Rival& r : rivals)
-    if (r.candidate.named() && shown < 12) d.posterior[r.candidate.id] = r.posterior, ++shown;
+  for (const Rival& r : rivals) {
+    if (!r.candidate.named() || shown >= 12) continue;
+    ++shown;
+    // Effects that these runs cannot tell apart at all share one probability.
+    std::vector<std::string> ids{r.candidate.id};
+    if (r.candidate.effects.size() == 1)
+      for (const std::string& also : s.aliases(r.candidate.effects[0])) ids.push_back(also);
+    for (const std::string& id : ids) d.posterior[id] = r.posterior / static_cast<double>(ids.size());
+    if (ids.size() > 1) d.notes.push_back(list_of(ids) + " do exactly the same to these runs");
+  }
 
   const Rival* best = rivals.empty() ? nullptr : &rivals[0];
   const Candidate none = nominal_candidate();
@@ -178,6 +236,14 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
   for (std::size_t i = 0; i < s.named_count(); ++i) any_visible = any_visible || s.scores().visible(i) > 3;
   const bool poor = s.series().layout().size() < s.series().soil_parameters() + 3 || !any_visible;
 
+  // The noise found swallows what no account explains: with a stated sd that is a misfit.
+  std::string swallowed;
+  for (std::size_t k = 0; k < channel_count; ++k)
+    if (data.stated_sd[k] && d.noise_scale[k] > swallowing) {
+      swallowed += (swallowed.empty() ? "" : ", ") + std::string(channel_names()[k].short_name);
+      d.notes.push_back("the noise of " + std::string(channel_names()[k].short_name) + " would have to be " +
+                        number(d.noise_scale[k], 2) + " times what is stated");
+    }
   const Candidate* extended = &none;
   const Fit* extended_fit = &s.nominal();
   Search::Remainder left;
@@ -185,7 +251,9 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
   const bool declared = best && s.mixture_bayes_factor() > decisive && best->refitted && best->fit.ok;
   if (!declared) {
     left = s.remainder(none, s.nominal());
-    if (poor)
+    if (!swallowed.empty() && conflict.empty())
+      d.verdict = "unknown";
+    else if (poor)
       d.verdict = "undecidable";
     else if (!conflict.empty())
       d.verdict = "parameter";
@@ -205,8 +273,10 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
     const Rival *named = first(1), *pair = first(2), *drift = first(0);
     left = named ? s.remainder(named->candidate, named->fit) : s.remainder(none, s.nominal());
     // Two causes where one leaves a structured remainder, or where two are beyond doubt the better account.
-    if (named && pair && pair->posterior > named->posterior &&
-        (left.p < gate_p || pair->posterior > decisive * named->posterior)) {
+    double one = 0, two = 0, unlisted = 0;
+    for (const Rival& r : rivals)
+      (r.candidate.effects.size() == 1 ? one : r.candidate.effects.size() == 2 ? two : unlisted) += r.posterior;
+    if (named && pair && pair->posterior > named->posterior && (left.p < gate_p || two > decisive * one)) {
       named = pair;
       left = s.remainder(pair->candidate, pair->fit);
     }
@@ -225,17 +295,29 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
           group.push_back(&r);
       }
       extended = &named->candidate, extended_fit = &named->fit;
-      if (group.size() == 1 && unknown * decisive < named->posterior && !at_bound(*named)) {
-        d.verdict = "named";
-        d.cause = named->candidate.id;
+      bool alone = group.size() == 1 && unknown * decisive < named->posterior;
+      for (const int e : named->candidate.effects) alone = alone && s.aliases(e).empty();
+      if (alone && at_bound(*named)) {
+        d.verdict = "unknown";
+        d.notes.push_back(named->candidate.id + " would follow the runs, but only at the bound of what is physical");
+      } else if (alone) {
+        const Crossed x = cross(s, *named, d);
+        d.verdict = x.agrees ? "named" : "class";
+        if (x.agrees) d.cause = named->candidate.id;
+        if (x.better) group.push_back(x.better);
+        if (!x.agrees)
+          d.notes.push_back("on runs left out " + named->candidate.id + " does not do better than " +
+                            (x.better ? x.better->candidate.id : "the nominal model"));
       } else {
         d.verdict = "class";
       }
       for (const Rival* r : group) {
         group_ids.push_back(r->candidate.id);
         for (const int e : r->candidate.effects) {
-          const std::string& id = effect_entries()[static_cast<std::size_t>(e)].id;
-          if (std::find(d.members.begin(), d.members.end(), id) == d.members.end()) d.members.push_back(id);
+          std::vector<std::string> ids = s.aliases(e);
+          ids.insert(ids.begin(), effect_entries()[static_cast<std::size_t>(e)].id);
+          for (const std::string& id : ids)
+            if (std::find(d.members.begin(), d.members.end(), id) == d.members.end()) d.members.push_back(id);
         }
       }
     }
@@ -262,16 +344,13 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
         }
       }
     }
-    for (std::size_t k = 0; k < extended->effects.size(); ++k) {
-      for (const Rival& r : rivals)
-        if (r.candidate.id == extended->id) {
-          const auto list = amplitudes_of(s, r);
-          if (k < list.size())
-            d.parameters[effect_entries()[static_cast<std::size_t>(extended->effects[k])].id] = list[k];
-        }
-    }
+    d.parameters = profiled(s, *extended, *extended_fit);
   }
-  d.extended = model_of(s, *extended, *extended_fit);
+  d.extended = model_of(s, *extended_fit);
+  const bool ordered = data.has_order || data.has_time;
+  d.nominal.tests = lack_of_fit(s, s.nominal(), s.remainder(none, s.nominal()), ordered);
+  d.extended.tests =
+      lack_of_fit(s, *extended_fit, extended->named() ? left : s.remainder(*extended, *extended_fit), ordered);
   if (d.verdict == "class" || d.verdict == "undecidable" || d.verdict == "unknown")
     d.next = next_experiments(s, group_ids);
   if (!parts.withheld.empty()) d.gain = gain_on(s, *extended, *extended_fit, parts.withheld, withhold);
@@ -282,10 +361,17 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
   if (d.verdict == "named")
     d.sentence = "The cause of the misfit is " + d.cause + " (odds " + odds + ":1 over the next).";
   else if (d.verdict == "class")
-    d.sentence = "The misfit is real, but these runs cannot tell " + list_of(d.members) + " apart.";
+    d.sentence = d.members.size() > 1
+                     ? "The misfit is real, but these runs cannot tell " + list_of(d.members) + " apart."
+                     : "The misfit is real and " + list_of(d.members) +
+                           " accounts for it, but these runs do not rule out something that is not in the list.";
   else if (d.verdict == "unknown")
-    d.sentence = "None of the known causes fits: " + d.unknown_through + " changes with " + d.unknown_variable +
-                 " in a way that no entry of the library has.";
+    d.sentence =
+        d.unknown_variable.empty()
+            ? !declared ? "No known cause explains why " + swallowed + " is missed by far more than its stated error."
+                        : "None of the known causes alone accounts for the misfit within its physical bounds."
+            : "None of the known causes fits: " + d.unknown_through + " changes with " + d.unknown_variable +
+                  " in a way that no entry of the library has.";
   else if (d.verdict == "parameter")
     d.sentence = "The model follows the runs only with soil values outside their priors: " + conflict + ".";
   else if (d.verdict == "undecidable")

@@ -53,7 +53,7 @@ std::vector<PlannedRun> runs_of(const std::string& csv, const Wheel& wheel) {
   return out;
 }
 
-std::optional<Condition> run_of(const json& condition) {
+std::optional<Condition> run_of(const json& condition, Wheel& wheel) {
   Condition run{0.3, 115, 0.3, 1};
   if (!condition.is_object()) return {};
   for (const auto& [key, value] : condition.items()) {
@@ -66,47 +66,104 @@ std::optional<Condition> run_of(const json& condition) {
       run.omega = value.get<double>();
     else if (key == "pass")
       run.pass = static_cast<int>(value.get<double>());
+    else if (key == "wheel_width_m")
+      wheel.width = value.get<double>();
     else
       return {};
   }
   return run;
 }
 
+/// Truth, and the rival fitted to the noise-free data of the set.
+struct Fitted {
+  Wheel wheel;
+  Priors priors;
+  Soil soil;
+  NoiseModel noise;
+  Amplitudes truth;
+  Refit rival;
+};
+
+Fitted fitted_rival(const json& answer, const std::string& csv, const std::string& rival) {
+  Fitted f;
+  const json& s = answer.at("soil");
+  f.soil = {s.at("k"), s.at("n"), s.at("c"), s.at("phi"), s.at("K"), s.at("a0"), s.at("a1")};
+  for (int i = 0; i < 3; ++i) f.noise.sd[i] = answer.at("noise_sd").at(static_cast<std::size_t>(i));
+  f.noise.ln_k_scatter = answer.at("preparation").at(0);
+  f.noise.phi_scatter = answer.at("preparation").at(1);
+  for (const json& e : answer.at("effects")) f.truth[effect(e.at("id").get<std::string>()).id] = e.at("x");
+  const SoilVector u = scaled(f.priors, f.soil);
+  const Effect& other = effect(rival);
+  const Fingerprint fingerprint(f.wheel, f.priors, u, runs_of(csv, f.wheel), f.noise);
+  const std::vector<Observation> rows = grouped(fingerprint.observe(f.truth), other.uses);
+  double best = std::numeric_limits<double>::infinity();
+  for (const double sign : {1.0, -1.0}) {
+    if (other.signs != 2 && other.signs != static_cast<int>(sign)) continue;
+    Amplitudes start;
+    start[other.id] = sign * 0.2 * other.typical;
+    const Refit fitted = refit(f.wheel, f.priors, rows, u, start, other.id);
+    if (fitted.chi2 + fitted.penalty >= best) continue;
+    best = fitted.chi2 + fitted.penalty;
+    f.rival = fitted;
+  }
+  return f;
+}
+
+/// Error of an amplitude read on the bench.
+double bench_error(Id id, const Eigen::Vector3d& sd) {
+  const Eigen::Vector3d read = 0.5 * sd;  // four readings
+  switch (id) {
+    case Id::torque_offset:
+      return read[1];
+    case Id::torque_viscous:
+      return read[1] / 0.9;
+    case Id::torque_bearing:
+      return read[1] / 225;
+    case Id::torque_gain:
+      return read[1] / 15;
+    case Id::drawbar_bias:
+      return read[0];
+    case Id::drawbar_gain:
+      return read[0] / 100;
+    case Id::bed_slope:
+      return 0.1 * 0.017453292519943295;
+    case Id::sinkage_datum:
+      return read[2];
+    case Id::rig_compliance:
+      return read[2] / 225;
+    case Id::wheel_radius_error:
+    case Id::load_error:
+      return 0.002;
+    default:
+      return std::numeric_limits<double>::infinity();
+  }
+}
+
 }  // namespace
 
 std::optional<double> separation(const json& answer, const std::string& csv, const std::string& rival,
-                                 const json& condition) {
-  const std::optional<Condition> run = run_of(condition);
+                                 const json& condition, int repeats) {
+  Wheel wheel;  // of the new runs
+  const std::optional<Condition> run = run_of(condition, wheel);
   if (!run) return {};
-  const Wheel wheel;
-  const Priors priors;
-  const json& s = answer.at("soil");
-  const Soil soil{s.at("k"), s.at("n"), s.at("c"), s.at("phi"), s.at("K"), s.at("a0"), s.at("a1")};
-  NoiseModel noise;
-  for (int i = 0; i < 3; ++i) noise.sd[i] = answer.at("noise_sd").at(static_cast<std::size_t>(i));
-  noise.ln_k_scatter = answer.at("preparation").at(0);
-  noise.phi_scatter = answer.at("preparation").at(1);
-  Amplitudes truth;
-  for (const json& e : answer.at("effects")) truth[effect(e.at("id").get<std::string>()).id] = e.at("x");
-  const SoilVector u = scaled(priors, soil);
-  const Effect& other = effect(rival);
   try {
-    const Fingerprint fingerprint(wheel, priors, u, runs_of(csv, wheel), noise);
-    const std::vector<Observation> rows = grouped(fingerprint.observe(truth), other.uses);
-    double best = std::numeric_limits<double>::infinity(), distance = 0;
-    for (const double sign : {1.0, -1.0}) {
-      if (other.signs != 2 && other.signs != static_cast<int>(sign)) continue;
-      Amplitudes start;
-      start[other.id] = sign * 0.2 * other.typical;
-      const Refit fitted = refit(wheel, priors, rows, u, start, other.id);
-      if (fitted.chi2 + fitted.penalty >= best) continue;
-      best = fitted.chi2 + fitted.penalty;
-      const Channels a = simulate(wheel, soil, truth, *run),
-                     b = simulate(wheel, soil_of(priors, fitted.u), fitted.x, *run);
-      distance =
-          std::sqrt(static_cast<double>(kDecidingRuns)) * (vector_of(a) - vector_of(b)).cwiseQuotient(noise.sd).norm();
-    }
-    return distance;
+    const Fitted f = fitted_rival(answer, csv, rival);
+    const Channels a = simulate(wheel, f.soil, f.truth, *run),
+                   b = simulate(wheel, soil_of(f.priors, f.rival.u), f.rival.x, *run);
+    return std::sqrt(static_cast<double>(repeats)) * (vector_of(a) - vector_of(b)).cwiseQuotient(f.noise.sd).norm();
+  } catch (const std::runtime_error&) {
+    return {};
+  }
+}
+
+std::optional<double> bench_separation(const json& answer, const std::string& csv, const std::string& rival,
+                                       const std::string& checked) {
+  const Id id = effect(checked).id;
+  try {
+    const Fitted f = fitted_rival(answer, csv, rival);
+    const double error = bench_error(id, f.noise.sd), x = std::abs(f.truth[id]) + std::abs(f.rival.x[id]);
+    if (!std::isfinite(error) || x == 0) return {};
+    return x / error;
   } catch (const std::runtime_error&) {
     return {};
   }

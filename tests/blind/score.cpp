@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -219,8 +220,14 @@ std::string details(const std::vector<Scored>& sets) {
 
 namespace {
 
-Bar experiment_bar(const std::vector<Scored>& sets, const std::string& folder, int& not_simulated) {
-  Tally decided;
+struct Experiments {
+  Tally as_stated, runs_only, with_four;
+  int not_simulated = 0;
+};
+
+/// The first recommendation for every class that holds the truth: the number of runs it asks for (12 at most), or its bench check.
+Experiments experiments_of(const std::vector<Scored>& sets, const std::string& folder) {
+  Experiments out;
   for (const Scored& s : sets) {
     const View v{s};
     if (!s.said.present || s.said.verdict != "class" || !v.single()) continue;
@@ -235,27 +242,36 @@ Bar experiment_bar(const std::vector<Scored>& sets, const std::string& folder, i
     }
     if (!inside || rival.empty()) continue;
     if (s.said.experiments.empty()) {
-      decided.add(false);
+      out.as_stated.add(false);
       continue;
     }
     const json& first = s.said.experiments.at(0);
     if (first.contains("decides") && first.at("decides").is_array())
       for (const json& id : first.at("decides"))
-        if (id.is_string() && id.get<std::string>() != truth) rival = id.get<std::string>();
-    std::optional<double> length;
+        if (id.is_string() && id.get<std::string>() != truth &&
+            std::find(s.said.klass.begin(), s.said.klass.end(), id.get<std::string>()) != s.said.klass.end())
+          rival = id.get<std::string>();
+    std::optional<double> length, four;
     try {
-      length = separation(s.answer, read_text(folder + "/" + s.answer.at("set").get<std::string>() + "/data.csv"),
-                          rival, first.value("condition", json()));
+      const std::string csv = read_text(folder + "/" + s.answer.at("set").get<std::string>() + "/data.csv");
+      if (first.contains("bench_effect"))
+        length = bench_separation(s.answer, csv, rival, first.at("bench_effect").get<std::string>());
+      else {
+        const int runs = std::clamp(first.value("runs", kDecidingRuns), 1, 12);
+        four = separation(s.answer, csv, rival, first.value("condition", json()));
+        if (four) length = *four * std::sqrt(static_cast<double>(runs) / kDecidingRuns);
+      }
     } catch (const std::invalid_argument&) {
       length.reset();  // a rival that is not an effect, such as a parameter
     }
     if (!length) {
-      ++not_simulated;
+      ++out.not_simulated;
       continue;
     }
-    decided.add(*length > kDecidingLength);
+    out.as_stated.add(*length > kDecidingLength);
+    if (four) out.with_four.add(*four > kDecidingLength), out.runs_only.add(*length > kDecidingLength);
   }
-  return rate_bar("recommended experiment decides", 0.90, 1, decided);
+  return out;
 }
 
 }  // namespace
@@ -276,8 +292,10 @@ std::string score(const std::string& sets, const std::string& answers, const std
   const json truth = json::parse(sealed);
   for (const json& a : truth.at("sets")) all.push_back({a, read_said(results + "/" + a.at("set").get<std::string>())});
   std::vector<Bar> table = bars(all);
-  int not_simulated = 0;
-  table.push_back(experiment_bar(all, sets, not_simulated));
+  const Experiments experiments = experiments_of(all, sets);
+  table.push_back(rate_bar("recommended experiment decides", 0.90, 1, experiments.as_stated));
+  table.push_back(rate_bar("  runs on soil alone", 0.90, 1, experiments.runs_only));
+  table.push_back(rate_bar("  runs on soil alone, never more than four", 0.90, 1, experiments.with_four));
   std::string out = fmt::format("plan {}, seed '{}', {} sets\n\n{:<44}{:>6}{:>10}  {:<18}{:<16}\n",
                                 manifest.at("plan").get<std::string>(), manifest.at("seed").get<std::string>(),
                                 all.size(), "bar", "n", "figure", "90 % interval", "wanted");
@@ -297,9 +315,9 @@ std::string score(const std::string& sets, const std::string& answers, const std
                     {"wanted", {b.low, b.high}},
                     {"met", b.n > 0 ? json(b.met()) : json()}});
   }
-  if (not_simulated > 0)
-    out += fmt::format("({} recommended experiments are bench checks or concern no effect: not simulated)\n",
-                       not_simulated);
+  if (experiments.not_simulated > 0)
+    out += fmt::format("({} recommended experiments concern no effect or have no wheel: not simulated)\n",
+                       experiments.not_simulated);
   int absent = 0;
   for (const Scored& s : all) absent += s.said.present ? 0 : 1;
   if (absent > 0)

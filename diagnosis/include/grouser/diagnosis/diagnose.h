@@ -33,19 +33,29 @@ struct FittedValue {
   std::string unit;
 };
 
+/// A test of what a fit leaves over.
+struct FitTest {
+  std::string test, about;  ///< replicates, structure, runs, Ljung-Box; channel or the rival that shows most
+  double statistic = 0, p = 1;
+  double holm = 1;  ///< p after Holm's correction for all tests of this fit
+};
+
 /// One model on the data.
 struct FittedModel {
   std::array<double, channel_count> rmse{};
   double chi2 = 0, dof = 0;
   std::map<std::string, FittedValue> parameters;
   std::vector<std::array<double, channel_count>> predicted;  ///< of each run
+  std::vector<FitTest> tests;
 };
 
 struct NextExperiment {
   std::map<std::string, double> condition;  ///< load_N, slip, omega_rad_s, pass
-  std::string bench_check;                  ///< or this, without soil
+  std::string bench_check, bench_effect;    ///< or this, without soil; it measures the amplitude of bench_effect
   std::vector<std::string> decides;
-  double chance = 0;
+  double chance = 0;                ///< that one member gets odds of 10 over all others, whichever is true
+  std::optional<double> simulated;  ///< the same with refits of old and new runs, a few draws; the first choice only
+  double cost = 0;  ///< in runs: repeats, and 2 for each load or speed that the rig has not had; a bench check is 1
   int runs = 0;
 };
 
@@ -68,12 +78,14 @@ struct Diagnosis {
   std::optional<Gain> gain;
   std::vector<NextExperiment> next;
   std::vector<int> suspect_lines;
+  std::vector<double> weights;                        ///< of each run, 1 or towards 0.01 for a suspect
+  std::vector<std::array<double, channel_count>> sd;  ///< of each run, as found
   std::vector<Ranked> ranking;
   std::array<double, channel_count> noise_scale{};
   double scatter_ln_k = 0, scatter_phi = 0;
   std::vector<std::string> notes;
-  std::string sentence;  ///< for a person
-  std::vector<Run> runs;
+  std::string sentence;                        ///< for a person
+  std::vector<Run> runs;                       ///< that were fitted
   double rank_seconds = 0, total_seconds = 0;  ///< processor time of one core
 };
 

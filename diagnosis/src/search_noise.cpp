@@ -1,0 +1,132 @@
+// Noise of the runs: what the best account so far leaves over, or what repeats say where the two disagree.
+#include <algorithm>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <cmath>
+
+#include "replicates.h"
+#include "search.h"
+
+namespace grouser::diagnosis {
+namespace {
+
+constexpr int full = 25;              // iterations
+constexpr int least_replicates = 30;  // values
+constexpr double suspect_share = 0.05;
+
+}  // namespace
+
+/// Repeats that agree with each other are no outliers, and a model that disowns many rows is wrong, not the rows.
+void Search::weigh_runs(const Fit& f) {
+  const DataLayout& l = series_->layout();
+  update_weights(l, f.residual, scatter_, noise_);
+  std::vector<std::array<double, channel_count>> u(series_->runs().size());
+  for (auto& x : u) x.fill(std::numeric_limits<double>::quiet_NaN());
+  for (int i = 0; i < l.size(); ++i) {
+    const auto c = static_cast<std::size_t>(l[i].channel);
+    u[static_cast<std::size_t>(l[i].run)][c] = f.residual[i] / (noise_.scale[c] * l[i].sd);
+  }
+  std::size_t suspects = 0;
+  for (std::size_t r = 0; r < u.size(); ++r) {
+    if (noise_.weight[r] >= 0.5) continue;
+    for (std::size_t o = 0; o < u.size(); ++o) {
+      if (o == r || series_->runs()[o].condition != series_->runs()[r].condition) continue;
+      double apart = 0;
+      for (std::size_t c = 0; c < channel_count; ++c)
+        if (std::isfinite(u[r][c]) && std::isfinite(u[o][c])) apart = std::max(apart, std::abs(u[r][c] - u[o][c]));
+      if (apart < 3 * std::sqrt(2.0)) noise_.weight[r] = 1;
+    }
+    suspects += noise_.weight[r] < 0.5 ? 1 : 0;
+  }
+  disowned_ =
+      suspects > std::max<std::size_t>(2, static_cast<std::size_t>(suspect_share * static_cast<double>(u.size())));
+  if (disowned_) noise_.weight.assign(u.size(), 1);
+}
+
+/// From the residuals; from the repeats alone where the residuals are larger than these allow (F test, 0.05).
+Noise Search::noise_of(const Fit& f) const {
+  const bool scatter = series_->runs().size() >= 20;
+  const DataLayout& l = series_->layout();
+  const Noise all = fit_noise(l, f.residual, scatter_, noise_, stated_, scatter, static_cast<int>(f.x.size()));
+  const auto repeated = replicates(series_->runs(), l, scatter_, f.residual, least_replicates);
+  if (!repeated) return all;
+  Noise plain = noise_;
+  plain.weight.clear();
+  Noise own = fit_noise(repeated->layout, repeated->contrast, repeated->slopes, plain, stated_, scatter, 0);
+  own.weight = noise_.weight;
+  Eigen::MatrixXd u = f.residual;
+  Whitener(l, own, scatter_).apply(u);
+  const double dof = std::max(l.size() - static_cast<double>(f.x.size()), 1.0);
+  const boost::math::fisher_f distribution(dof, repeated->layout.size());
+  return boost::math::cdf(boost::math::complement(distribution, u.squaredNorm() / dof)) < 0.05 ? own : all;
+}
+
+/// A second cause that pays for itself: left in the residuals it would count as scatter of the soil.
+void Search::add_second(Candidate& best, Fit& f) const {
+  const std::vector<Candidate> named(all_.begin(), all_.begin() + static_cast<long>(named_));
+  const ScoreTable scores(*series_, best, f, *whitener_, named);
+  if (!scores.ok()) return;
+  double most = 2;
+  std::size_t second = named_;
+  for (std::size_t i = 0; i < named_; ++i) {
+    if (named[i].effects == best.effects) continue;
+    const double gain = scores.of(i).gain, e = gain - price(named[i], gain);
+    if (e > most) most = e, second = i;
+  }
+  if (second == named_) return;
+  const ScoreTable::Score s = scores.of(second);
+  Eigen::VectorXd guess(f.x.size() + 1);
+  guess << f.x + scores.base_step({second}, s.amplitude), s.amplitude;
+  Candidate pair = pair_candidate(best.effects[0], named[second].effects[0]);
+  Fit g = refit(pair, guess, f);
+  if (!g.ok || g.objective() >= f.objective()) return;
+  best = std::move(pair);
+  f = std::move(g);
+}
+
+void Search::settle_noise() {
+  for (int pass = 0; pass < 2; ++pass) {
+    const ScoreTable scores(*series_, nominal_candidate(), none_, *whitener_, all_);
+    Candidate best = nominal_candidate();
+    Fit f = none_;
+    if (scores.ok()) {
+      double most = 0;
+      Eigen::VectorXd guess;
+      for (std::size_t i = 0; i < all_.size(); ++i) {
+        const ScoreTable::Score s = scores.of(i);
+        const double e = s.gain - price(all_[i], s.gain);
+        if (e <= most) continue;
+        most = e, best = all_[i];
+        guess = Eigen::VectorXd(none_.x.size() + s.amplitude.size());
+        guess << none_.x + scores.base_step({i}, s.amplitude), s.amplitude;
+      }
+      if (most > 0) {
+        Fit g = refit(best, guess, none_);
+        if (g.ok && g.objective() < none_.objective())
+          f = std::move(g);
+        else
+          best = nominal_candidate();
+      }
+      if (best.effects.size() == 1) add_second(best, f);
+    }
+    scatter_ = series_->scatter_slopes(best, f);
+    weigh_runs(f);
+    noise_ = noise_of(f);
+    weigh_runs(f);
+    set_whitener();
+    none_ = series_->fit(nominal_candidate(), *whitener_, none_.x, none_.theta, full);
+  }
+}
+
+double Search::own_noise_gain() const {
+  // The nominal model with the noise that suits it best: what more noise could explain is no effect.
+  const Noise own = fit_noise(series_->layout(), none_.residual, scatter_, noise_, stated_,
+                              series_->runs().size() >= 20, static_cast<int>(none_.x.size()));
+  const Whitener w(series_->layout(), own, scatter_);
+  Fit f = none_;
+  series_->reweigh(f, w);
+  const double shared = none_.chi2 + whitener_->log_determinant() + noise_penalty(noise_, stated_);
+  const double best = f.chi2 + w.log_determinant() + noise_penalty(own, stated_);
+  return std::max(0.0, 0.5 * (shared - best));
+}
+
+}  // namespace grouser::diagnosis
