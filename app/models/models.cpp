@@ -7,6 +7,9 @@
 #include "grouser/bekker/soil_node.h"
 #include "grouser/bekker/steady.h"
 #endif
+#ifdef GROUSER_DEM
+#include "grouser/dem/sphere.h"
+#endif
 
 namespace grouser {
 
@@ -17,6 +20,9 @@ const Registry& all_models() {
 #ifdef GROUSER_BEKKER
     r.add(bekker::steady_model());
     r.add(bekker::soil_node_model());
+#endif
+#ifdef GROUSER_DEM
+    r.add(dem::sphere_model());
 #endif
     return r;
   }();

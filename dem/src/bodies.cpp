@@ -386,6 +386,7 @@ void Bodies<R>::finish(double dt, const Vec3& gravity, bool begun) {
       report.contacts += p.sums[s].contacts;
     }
     report.impulse += report.force * dt;
+    report.angular_impulse += report.torque * dt;
     force[at] += report.force;
     torque[at] += report.torque;
     body.report.contacts += report.contacts;
@@ -399,6 +400,7 @@ void Bodies<R>::finish(double dt, const Vec3& gravity, bool begun) {
     b.report.force = force[k];
     b.report.torque = torque[k];
     b.report.impulse += force[k] * dt;
+    b.report.angular_impulse += torque[k] * dt;
     const Twist before = b.V;
     move(b, dt, gravity);
     // Forces act on the mean of the velocities before and after them.

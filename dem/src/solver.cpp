@@ -17,6 +17,7 @@ struct Solver::Impl {
   virtual int add_body(const BodySettings&) = 0;
   virtual int add_surface(int body, Shape shape, int material) = 0;
   virtual Body& body(int) = 0;
+  virtual void place(int body, const Pose& X) = 0;
   virtual const Surface& surface(int) const = 0;
   virtual void step(long) = 0;
   virtual std::vector<GrainState> grains() const = 0;
@@ -127,6 +128,10 @@ class Engine final : public Solver::Impl {
   Body& body(int k) override {
     if (k < 0 || k >= static_cast<int>(walls_.bodies.size())) refuse("body %d; there are %zu", k, walls_.bodies.size());
     return walls_.bodies[static_cast<std::size_t>(k)];
+  }
+  void place(int k, const Pose& X) override {
+    body(k).X = X;
+    for (Chunk& c : lists_.chunks()) c.walls_due = 1;
   }
   const Surface& surface(int k) const override {
     if (k < 0 || k >= static_cast<int>(walls_.surfaces.size()))
@@ -285,6 +290,7 @@ class Engine final : public Solver::Impl {
       s.field("force", r.force);
       s.field("torque", r.torque);
       s.field("impulse", r.impulse);
+      s.field("angular_impulse", r.angular_impulse);
       s.field("work", r.work);
       s.field("contacts", r.contacts);
     };
@@ -614,6 +620,7 @@ int Solver::add_floor(double z, int material) {
   return b;
 }
 void Solver::set_motion(int body, const Twist& V) { impl_->body(body).V = V; }
+void Solver::place(int body, const Pose& X) { impl_->place(body, X); }
 void Solver::set_load(int body, const Vec3& force, const Vec3& torque) {
   impl_->body(body).set.force = force;
   impl_->body(body).set.torque = torque;

@@ -134,9 +134,10 @@ Soil load_soil(const ConfigNode& root) {
   soil.source = root.text("source");
   if (const ConfigNode b = root.optional_map("bekker"); b.present()) soil.bekker = load_bekker(b);
   if (const ConfigNode r = root.optional_map("rigid"); r.present()) soil.rigid = load_rigid(r);
+  soil.dem = root.optional_map("dem");
   soil.bulk_density = root.quantity_or("bulk_density", 0, "kg/m^3", {0, 2e4, true, false});
-  if (root.is_map() && !root.has("bekker") && !root.has("rigid"))
-    root.error("the soil has no model parameters; give a section 'bekker:' or 'rigid:'");
+  if (root.is_map() && !root.has("bekker") && !root.has("rigid") && !root.has("dem"))
+    root.error("the soil has no model parameters; give a section 'bekker:', 'rigid:' or 'dem:'");
   root.finish();
   return soil;
 }

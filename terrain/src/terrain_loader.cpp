@@ -107,21 +107,22 @@ std::unique_ptr<Terrain> make_terrain(const Registry& registry, const TerrainNod
                                       double gravity, const ConfigDocument* document) {
   const std::filesystem::path file = nodes.owner.existing_file("soil");
   if (!std::filesystem::is_regular_file(file) || !registry.has(nodes.model) || !ground) return nullptr;
-  Soil soil;
-  if (document) {
-    const ConfigDocument soil_document = ConfigDocument::from_file(file);
-    soil = load_soil(soil_document.root());
-    document->absorb(soil_document);
-    if (!soil_document.diagnostics().empty()) return nullptr;
-  } else {
-    soil = load_soil_file(file);
-  }
+  const ConfigDocument soil_document = ConfigDocument::from_file(file);
+  const Soil soil = load_soil(soil_document.root());
+  /// False when the soil file has errors, which are handed on.
+  const auto sound = [&] {
+    if (!document) soil_document.check();
+    if (document) document->absorb(soil_document);
+    return soil_document.diagnostics().empty();
+  };
+  if (!sound()) return nullptr;
   // Options that the file leaves out are an empty section, so that the model can still say which of its defaults it assumes.
   const ConfigDocument left_out = ConfigDocument::from_text("options: {" + nodes.model + ": {}}", nodes.owner.file());
   const bool given = nodes.options.present();
   const ConfigNode options = given ? nodes.options : left_out.root().map("options").map(nodes.model);
   try {
     auto terrain = registry.get(nodes.model).make({soil, std::move(ground), options, gravity});
+    if (!sound()) return nullptr;  // sections that only the model reads
     for (const Diagnostic& d : left_out.diagnostics()) nodes.owner.error(d.message);
     for (const Assumption& a : left_out.assumptions()) nodes.owner.assume(a.key, a.value, a.why);
     set_effects(*terrain, nodes.effects);

@@ -72,7 +72,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "a.yaml:3:1: not valid YAML: illegal map value; this line is indented with a tab: use spaces\n"},
         Hostile{"empty", "run", "a.yaml", "", "a.yaml:1:1: the file is empty; 'key: value' lines are wanted\n"},
         Hostile{"terminal_escape", "check", "a.yaml", "soil: red\nsource: \"\\e[31mred\"\n\"\\e[31mkey\": 1\n",
-                "a.yaml:1:1: the soil has no model parameters; give a section 'bekker:' or 'rigid:'\n"
+                "a.yaml:1:1: the soil has no model parameters; give a section 'bekker:', 'rigid:' or 'dem:'\n"
                 "a.yaml:3:1: unknown key '\\x1b[31mkey'; known here: bekker, bulk_density, rigid, soil, source\n"},
         Hostile{"obj_alone", "check", "a.obj", "v 0 0 0\n",
                 "a.obj: a mesh alone says nothing of its use; check the wheel file that names it\n"}),

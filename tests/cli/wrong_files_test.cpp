@@ -36,7 +36,7 @@ INSTANTIATE_TEST_SUITE_P(
                   "one of the two\n"},
         WrongFile{"unknown_model.yaml",
                   "unknown_model.yaml:4:10: terrain.model: 'bekker.stedy' is not one of: rigid, "
-                  "bekker.steady, bekker.soil_node; did you mean 'bekker.steady'?\n"},
+                  "bekker.steady, bekker.soil_node, dem.sphere; did you mean 'bekker.steady'?\n"},
         WrongFile{
             "soil_without_bekker.yaml",
             "soil_without_bekker.yaml:5:9: terrain.soil: ../../../examples/soils/concrete.yaml: soil 'Concrete' has "

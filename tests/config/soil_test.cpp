@@ -183,7 +183,7 @@ TEST(Soils, ParametersOfTheOtherLawAreRefused) {
 
 TEST(Soils, SoilWithoutParametersIsRefused) {
   EXPECT_THAT(messages("soil: s\nsource: t\n", load),
-              ElementsAre("f.yaml:1:1: the soil has no model parameters; give a section 'bekker:' or 'rigid:'"));
+              ElementsAre("f.yaml:1:1: the soil has no model parameters; give a section 'bekker:', 'rigid:' or 'dem:'"));
   EXPECT_THAT(messages("soil: s\nsource: t\nbekker:\n", load),
               ElementsAre("f.yaml:3:1: missing key 'pressure' in bekker; for example 'pressure: {...}'",
                           "f.yaml:3:1: missing key 'shear' in bekker; for example 'shear: {...}'"));

@@ -74,6 +74,7 @@ std::vector<Vec2> slopes() {
 constexpr double mass = 115 / 9.81;  // load of the dissertation's tests, 115 N
 
 TEST_P(Parked, BrakedWheelOnATenDegreeSlopeStaysWithinAMillimetre) {
+  GROUSER_NOT_FOR_GRAINS("there is no static depth to begin from");
   // 1 kHz and 240 Hz hosts; slope along, across and aslant; 60 s after one second to settle.
   for (const double dt : {1e-3, 1.0 / 240})
     for (const Vec2& g : slopes()) {

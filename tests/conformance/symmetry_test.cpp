@@ -49,6 +49,7 @@ double largest(const std::vector<Vec3>& v) {
 }
 
 TEST_P(Symmetry, TurningAndMovingTheWorldTurnsTheAnswer) {
+  GROUSER_NOT_FOR_GRAINS("the packing stays where it is, another place is another packing");
   const auto reference = make(slope(0, {0.05, -0.03}));
   const Trace a = run(*reference, [](const BodyMotion& m) { return m; });
   ASSERT_GT(largest(a.impulse), 0);
@@ -78,6 +79,7 @@ TEST_P(Symmetry, TurningAndMovingTheWorldTurnsTheAnswer) {
 }
 
 TEST_P(Symmetry, MirroredMotionGivesTheMirroredAnswer) {
+  GROUSER_NOT_FOR_GRAINS("the packing has no mirror image");
   const auto left = make(slope(0, {0.05, -0.03})), right = make(slope(0, {0.05, 0.03}));
   const Trace a = run(*left, [](const BodyMotion& m) { return m; });
   // Mirror at the plane y = 0: vectors lose the sign of y, axial vectors (spin, moment) those of x and z.
@@ -102,6 +104,7 @@ TEST_P(Symmetry, MirroredMotionGivesTheMirroredAnswer) {
 }
 
 TEST_P(Symmetry, AngleOfASmoothWheelDoesNotMatter) {
+  GROUSER_NOT_FOR_GRAINS("rounding grows with every collision");
   const auto one = make(slope(0, {0.05, -0.03})), other = make(slope(0, {0.05, -0.03}));
   const Trace a = run(*one, [](const BodyMotion& m) { return m; });
   const Quat turned(Eigen::AngleAxisd(1.234, Eigen::Vector3d::UnitY()));
@@ -115,6 +118,7 @@ TEST_P(Symmetry, AngleOfASmoothWheelDoesNotMatter) {
 }
 
 TEST_P(Symmetry, BodyOriginAwayFromTheHubMovesOnlyTheMoment) {
+  GROUSER_NOT_FOR_GRAINS("rounding grows with every collision");
   // The same wheel carried by a body whose origin lies elsewhere: same impulse, moment about the other point.
   const Pose X_BG{{0.2, -0.1, 0.3}, Quat::Identity()};
   const auto plain = make();

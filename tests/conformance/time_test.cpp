@@ -7,6 +7,7 @@ namespace {
 class Time : public Conformance {};
 
 TEST_P(Time, ImpulseDoesNotDependOnTheSplitOfTheStep) {
+  GROUSER_NOT_FOR_GRAINS("another split is another inner step, and collisions are chaotic: only the mean converges");
   // 0.1 s of smooth motion in contact, split into 64 to 1024 steps: the total impulse converges with first order or
   // better. The observed order comes from three splits each; 0.8 leaves room for terms of second order.
   const RandomMotion shake(7, {0.003, 0.002, 0.003, 0.05, 0.1}, 0.4);

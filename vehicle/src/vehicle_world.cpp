@@ -505,6 +505,14 @@ TrimResult VehicleWorld::trim(const Pose& X_WV) {
   Pose guess = X_WV;
   guess.p.z() = clear;
   const Pose X_WB0 = guess * X_VB0;
+  if (!m.terrain->capabilities().continuous) {
+    place(guess);
+    TrimResult down;
+    down.z = guess.p.z();
+    down.why = "terrain '" + m.terrain->id() +
+               "' has no static equilibrium to ask for: the vehicle is set down where its wheels touch the ground, and sinks in";
+    return down;
+  }
   const Vec3 cog = X_VB0.inverse() * m.spec.centre_of_mass_V();
   TrimResult r = trim_vehicle(*m.terrain, wheels, m.spec.total_mass(), cog, m.options.gravity, X_WB0);
   if (r.ok) {

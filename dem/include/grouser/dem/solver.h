@@ -118,6 +118,8 @@ class Solver {
   int add_floor(double z = 0, int material = 0);
 
   void set_motion(int body, const Twist& V_W);  ///< of a prescribed body, or of locked directions
+  /// Puts a body elsewhere at once, between steps. What it overlaps there is not looked at before the next step.
+  void place(int body, const Pose& X_WB);
   void set_load(int body, const Vec3& force, const Vec3& torque = Vec3::Zero());  ///< on a free body
   Pose pose(int body) const;
   Twist twist(int body) const;

@@ -3,6 +3,8 @@
 #include <optional>
 #include <string>
 
+#include "grouser/terrain/config.h"
+
 namespace grouser {
 
 /// Pressure-sinkage law p(z) of a plate, one law in two notations (Bekker 1956; Wong 2010 eq 2.4; dissertation eqs 2.4, 3.22):
@@ -61,6 +63,9 @@ struct Soil {
   std::string source;
   std::optional<BekkerSoil> bekker;
   std::optional<RigidSoil> rigid;
+  /// Section `dem:`, grains; absent when the file has none. A node, since only the module dem knows its keys: it reads them (and notes
+  /// their errors in the soil's document) when a model is made from it.
+  ConfigNode dem;
   double bulk_density = 0;  ///< [kg/m^3]; 0 = not given
 };
 

@@ -1,0 +1,384 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <stdexcept>
+
+#include "grouser/dem/soil_config.h"
+#include "grouser/dem/sphere.h"
+#include "grouser/terrain/wheel_motion.h"
+#include "packing.h"
+#include "sphere_wheel.h"
+
+namespace grouser::dem {
+
+namespace {
+
+constexpr const char* kDefaults =
+    R"(# model dem.sphere: grains under wheels, soil file with a section dem. Every key is optional.
+depth: 60 mm             # [m] > 0 soil below the surface; below it grains are frozen
+relief: 20 mm            # [m] >= 0 how far the ground may lie above or below its datum; poured once, not simulated
+datum: auto              # [m] height of the ground that soil is poured for; auto: middle of the ground under the wheels at the start
+brick: auto              # [m] side of the square brick that is poured and tiles the world; auto: six of the largest grains
+seed: 1                  # [1] 0..1000000 of the pouring
+bed: none                # file of a periodic bed (grouser dem bed) instead of pouring
+beds: auto               # folder that keeps poured bricks; auto: grouser-beds in the system's folder for temporary files
+reach: auto              # [m] soil nearer than this to a wheel's contact moves; auto: five of the largest grains
+torus: auto              # [1] 4..1000 bricks along x and y in the solver; auto: wheelbase and track with their surroundings
+capacity: auto           # [1] 1..100000 bricks' worth of grains in the solver; auto: what the wheels' surroundings need, and some
+step_share: 0.17         # [1] 0..0.5 inner step as a share of the Rayleigh time of the smallest grain
+host_stiffness: 1        # [1] 0..10 scale of the contact stiffness told to the host, which damps its bounces; 0: none
+)";
+
+struct SphereOptions {
+  double depth = 0.06, relief = 0.02, step_share = kStepShare, host_stiffness = 1;
+  std::optional<double> datum, brick, reach;
+  std::optional<long> torus, capacity;
+  unsigned seed = 1;
+  std::filesystem::path bed, beds;
+};
+
+bool is_word(const ConfigNode& o, const char* key, const char* word) {
+  const ConfigNode n = o.node(key);
+  return !n.present() || (n.is_scalar() && n.as_text() == word);
+}
+
+std::filesystem::path temporary_beds() {
+  std::error_code none;
+  const std::filesystem::path folder = std::filesystem::temp_directory_path(none);
+  return none ? std::filesystem::path() : folder / "grouser-beds";
+}
+
+SphereOptions read(const ConfigNode& o) {
+  SphereOptions s;
+  s.beds = temporary_beds();
+  if (!o.present()) return s;
+  s.depth = o.quantity_or("depth", s.depth, "m", {0, 10, true, false});
+  s.relief = o.quantity_or("relief", s.relief, "m", Range::between(0, 10));
+  if (!is_word(o, "datum", "auto")) s.datum = o.quantity("datum", "m");
+  if (!is_word(o, "brick", "auto")) s.brick = o.quantity("brick", "m", {0, 10, true, false});
+  if (!is_word(o, "reach", "auto")) s.reach = o.quantity("reach", "m", {0, 10, true, false});
+  s.seed = static_cast<unsigned>(o.integer_or("seed", 1, 0, 1000000));
+  if (!is_word(o, "bed", "none")) s.bed = o.existing_file("bed");
+  if (!is_word(o, "beds", "auto")) s.beds = o.text("beds");
+  if (!is_word(o, "torus", "auto")) s.torus = o.integer("torus", 4, 1000);
+  if (!is_word(o, "capacity", "auto")) s.capacity = o.integer("capacity", 1, 100000);
+  s.step_share = o.quantity_or("step_share", s.step_share, "1", {0, 0.5, true, false});
+  s.host_stiffness = o.quantity_or("host_stiffness", s.host_stiffness, "1", Range::between(0, 10));
+  o.finish();
+  return s;
+}
+
+class Sphere final : public Terrain {
+ public:
+  Sphere(const SoilSettings& soil, const SphereOptions& options, GroundPtr ground, double gravity)
+      : Terrain(std::move(ground)), soil_(soil), options_(options), gravity_(gravity) {
+    soil_.seed = options.seed;
+    soil_.dt_share = options.step_share;
+    set_step(soil_);
+  }
+  std::string id() const override { return "dem.sphere"; }
+  Capabilities capabilities() const override {
+    Capabilities c;
+    c.memory = true;
+    c.linearises = false;  // an estimate for the host's stability only
+    c.continuous = false;
+    c.lugs = true;
+    return c;
+  }
+  std::optional<SimplifiedGear> simplified_gear(int body) const override {
+    const auto* lugged = std::get_if<LuggedCylinder>(&bodies().at(static_cast<std::size_t>(body)).gear.shape);
+    if (!lugged || (lugged->tread_radius == 0 && lugged->sidewall_height == 0 && lugged->closed_sides == 2))
+      return std::nullopt;
+    return SimplifiedGear{"wheel with lugs, flat tread and closed sides",
+                          "model dem.sphere does not build concave treads, open sides or sidewalls"};
+  }
+
+ private:
+  void do_add_body(const BodySpec& b) override { wheels_.emplace_back(b); }
+
+  /// What a solver is built from; part of the state.
+  struct Plan {
+    double datum = 0;  ///< [m] of the ground
+    std::int64_t nx = 0, ny = 0, grains = 0;
+  };
+
+  double reach() const { return options_.reach.value_or(5 * soil_.largest); }
+  double keep() const { return reach() + 0.5 * brick_->lx; }
+  Pose gear_pose(std::size_t k, const Pose& X_WB) const { return X_WB * bodies()[k].X_BG; }
+  Pose in_solver(Pose X) const {
+    X.p.z() -= tiles_->base();
+    return X;
+  }
+
+  void make_brick() {
+    if (brick_) return;
+    BrickSettings b;
+    b.side = options_.brick.value_or(6 * soil_.largest);
+    b.level = options_.depth + options_.relief;
+    b.height = options_.depth + 2 * options_.relief + soil_.largest;
+    b.bed = options_.bed;
+    b.cache = options_.beds;
+    brick_ = sphere_brick(soil_, b);
+  }
+
+  Plan make_plan(std::span<const BodyMotion> motions) const {
+    Plan p;
+    double wide = 0, low = 1e300, high = -1e300, need = 0;
+    std::vector<Tile> first;
+    for (std::size_t k = 0; k < wheels_.size(); ++k) {
+      const Pose X = gear_pose(k, motions[k].X_WB_begin);
+      for (std::size_t o = 0; o < k; ++o)
+        wide = std::max(wide, (X.p - gear_pose(o, motions[o].X_WB_begin).p).head<2>().norm());
+      wheels_[k].tiles_near(X, ground(), brick_->lx, brick_->ly, keep(), keep(), 1e300, {}, first);
+      // Tiles that an oblique rectangle of the largest contact may touch.
+      const double l = brick_->lx, a = 1.4 * wheels_[k].radius() + 2 * keep(),
+                   b = 2 * wheels_[k].half_width() + 2 * keep();
+      need += (a * b + 1.42 * (a + b) * l + l * l) / (l * l);
+    }
+    for (const Tile& t : first)
+      for (int a = 0; a <= 2; ++a)
+        for (int b = 0; b <= 2; ++b) {
+          const double z = ground().height((static_cast<double>(t.i) + 0.5 * a) * brick_->lx,
+                                           (static_cast<double>(t.j) + 0.5 * b) * brick_->ly);
+          low = std::min(low, z);
+          high = std::max(high, z);
+        }
+    p.datum = options_.datum.value_or(0.5 * (low + high));
+    double around = 0;
+    for (const SphereWheel& w : wheels_) around = std::max(around, 1.4 * w.radius() + 2 * w.half_width() + 2 * keep());
+    const auto tiles = [&](double l) {
+      return options_.torus.value_or(std::max(4L, static_cast<long>(std::ceil((wide + around) / l)) + 1));
+    };
+    p.nx = tiles(brick_->lx);
+    p.ny = tiles(brick_->ly);
+    std::size_t most = 0;
+    const double level = options_.depth + options_.relief;
+    for (const GrainState& g : brick_->grains)
+      most += g.x[2] <= level + brick_->lift && g.x[2] >= level - options_.depth - brick_->largest;
+    const double bricks =
+        options_.capacity ? static_cast<double>(*options_.capacity) : std::min(need, static_cast<double>(p.nx * p.ny));
+    p.grains = static_cast<std::int64_t>(std::ceil(1.1 * bricks * static_cast<double>(most)));
+    return p;
+  }
+
+  void build(const Plan& p, std::span<const BodyMotion> motions) {
+    plan_ = p;
+    TilesSettings t;
+    t.datum = p.datum;
+    t.depth = options_.depth;
+    t.relief = options_.relief;
+    t.nx = static_cast<int>(p.nx);
+    t.ny = static_cast<int>(p.ny);
+    t.grains = static_cast<std::size_t>(p.grains);
+    tiles_.emplace(brick_, ground_ptr(), t);
+    SolverSettings s = tiles_->fit(solver_settings(soil_));
+    s.gravity = Vec3(0, 0, -gravity_);
+    s.threads = threads();
+    solver_.emplace(s, tiles_->parked());
+    for (std::size_t k = 0; k < wheels_.size(); ++k)
+      wheels_[k].add_to(*solver_, motions.empty() ? Pose() : in_solver(gear_pose(k, motions[k].X_WB_begin)));
+    solver_->add_floor(0, 1);
+  }
+
+  void begin(std::span<const BodyMotion> motions) {
+    make_brick();
+    build(make_plan(motions), motions);
+  }
+
+  /// Steers every wheel from where it is to the end of its motion.
+  void steer(std::span<const BodyMotion> motions, double dt) {
+    for (std::size_t k = 0; k < wheels_.size(); ++k) {
+      const int body = static_cast<int>(k);
+      const Pose from = in_solver(gear_pose(k, motions[k].X_WB_begin)),
+                 to = in_solver(gear_pose(k, motions[k].X_WB_end));
+      const double jump = 1e-3 * wheels_[k].radius();
+      if (const Pose at = solver_->pose(body); (at.p - from.p).norm() > jump || at.q.angularDistance(from.q) > 1e-3) {
+        solver_->place(body, from);
+        tiles_->clear(*solver_,
+                      [&](const GrainState& g) { return wheels_[k].overlap(from, g.x, g.radius) > kDeep * g.radius; });
+      }
+      const Pose at = solver_->pose(body);
+      Twist V;
+      V.v = (to.p - at.p) / dt;
+      const Eigen::AngleAxisd turn(Eigen::Quaterniond(to.q * at.q.conjugate()));
+      Vec3 angle = turn.angle() * turn.axis();
+      if (turn.angle() > pi) angle *= (turn.angle() - 2 * pi) / turn.angle();
+      // Whole turns within the step, as the end's spin says.
+      if (const double size = angle.norm(); size > 1e-12) {
+        const Vec3 axis = angle / size;
+        const double turns = std::round((axis.dot(motions[k].V_WB_end.w) * dt - size) / (2 * pi));
+        angle += 2 * pi * turns * axis;
+      }
+      V.w = angle / dt;
+      solver_->set_motion(body, V);
+    }
+  }
+
+  void lay_soil(std::span<const BodyMotion> motions) {
+    std::vector<Tile> wanted;
+    std::vector<Pose> begin;
+    for (std::size_t k = 0; k < wheels_.size(); ++k) {
+      begin.push_back(in_solver(gear_pose(k, motions[k].X_WB_begin)));
+      for (const Pose& X : {motions[k].X_WB_begin, motions[k].X_WB_end})
+        wheels_[k].tiles_near(gear_pose(k, X), ground(), brick_->lx, brick_->ly, reach(), keep(), 2 * brick_->largest,
+                              tiles_->active(), wanted);
+    }
+    tiles_->activate(*solver_, std::move(wanted), [&](const GrainState& g) {
+      for (std::size_t k = 0; k < wheels_.size(); ++k)
+        if (wheels_[k].overlap(begin[k], g.x, g.radius) > kDeep * g.radius) return true;
+      return false;
+    });
+  }
+
+  void do_step(const StepContext& c, std::span<const BodyMotion> motions, std::span<BodyResult> results) override {
+    try {
+      if (!solver_) begin(motions);
+      const auto n = static_cast<long>(std::max(1.0, std::ceil(c.dt / soil_.dt - 1e-6)));
+      solver_->set_dt(c.dt / static_cast<double>(n));
+      lay_soil(motions);
+      steer(motions, c.dt);
+      std::vector<SurfaceReport> before;
+      for (std::size_t k = 0; k < wheels_.size(); ++k) before.push_back(solver_->body(static_cast<int>(k)));
+      if (!tiles_->active().empty()) {
+        solver_->step(n);
+      } else {
+        for (std::size_t k = 0; k < wheels_.size(); ++k)
+          solver_->place(static_cast<int>(k), in_solver(gear_pose(k, motions[k].X_WB_end)));
+      }
+      now_ = solver_->grains();
+      tiles_->catch_strays(*solver_, now_);
+      tiles_->forget_cache();
+      for (std::size_t k = 0; k < wheels_.size(); ++k) answer(k, c.dt, motions[k], before[k], results[k]);
+    } catch (const DemError& e) {
+      char text[60];
+      std::snprintf(text, sizeof text, "dem.sphere at t = %.6f s: ", c.t);
+      throw TerrainError(text + std::string(e.what()));
+    }
+  }
+
+  void answer(std::size_t k, double dt, const BodyMotion& motion, const SurfaceReport& before, BodyResult& result) {
+    const SphereWheel& wheel = wheels_[k];
+    const RunningGear& gear = bodies()[k].gear;
+    const SurfaceReport after = solver_->body(static_cast<int>(k));
+    const Vec3 J = after.impulse - before.impulse, L = after.angular_impulse - before.angular_impulse;
+    const WheelMotion m = wheel_motion(bodies()[k], motion, wheel.radius(), 2 * wheel.half_width());
+    // Work of the wheel on the grains, step by step; and what the end's velocity makes of the impulse in place of the mean one.
+    const Twist V = solver_->twist(static_cast<int>(k));
+    ledger().dissipated += after.work - before.work;
+    ledger().integration += J.dot(V.v - m.V.v) + L.dot(V.w - m.V.w);
+    if (J.isZero(0) && L.isZero(0)) return clear_result(result);
+    const ContactPatch patch = finder_.find(m.pose, ground());
+    const Wrench about_hub{J / dt, L / dt};
+    Mat6 K = Mat6::Zero();
+    const double normal = about_hub.f.dot(patch.contact ? patch.normal_W : Vec3(Vec3::UnitZ()));
+    const Vec3 n = patch.contact ? patch.normal_W : Vec3(Vec3::UnitZ());
+    const double length = std::max(patch.contact ? patch.chord : 0.0, soil_.largest);
+    const double stiffness = options_.host_stiffness *
+                             patch_stiffness(soil_.materials.materials[0], normal, length * 2 * wheel.half_width());
+    K.topLeftCorner<3, 3>() = -stiffness * n * n.transpose();
+    fill_result(m, patch, about_hub, K, Mat6::Zero(), dt, result);
+    result.impulse = J;
+    result.angular_impulse = L + m.lever_W.cross(J);
+    if (!(stiffness > 0)) result.linearisation.reset();
+    ContactReport& r = result.report;
+    const Slip slip = slip_of(gear.radius() * m.spin, m.V.v.dot(m.carrier.col(0)), m.V.v.dot(m.carrier.col(1)));
+    r.slip = slip.slip;
+    r.slip_angle = slip.angle;
+    const Pose X = in_solver(gear_pose(k, motion.X_WB_end));
+    const SphereWheel::Arc arc =
+        wheel.arc(X, now_, tiles_->lx(), tiles_->ly(), [&](std::size_t g) { return tiles_->is_parked(g); });
+    r.entry_angle = arc.entry;
+    r.exit_angle = arc.exit;
+    if (!patch.contact) {
+      r.sinkage = 0;
+      r.point_W = m.pose.hub_W + (arc.touching ? arc.centre_W : Vec3(-wheel.radius() * m.carrier.col(2)));
+    }
+  }
+
+  /// The grains as they are; after a load they have to be asked for again.
+  const std::vector<GrainState>& grains_now() const {
+    if (now_.empty()) now_ = solver_->grains();
+    return now_;
+  }
+
+  SurfaceSample do_surface(double x, double y) const override {
+    SurfaceSample s = Terrain::do_surface(x, y);
+    if (!solver_) return s;
+    const double rise = tiles_->rise(x, y, grains_now());
+    s.height += rise;
+    s.sinkage = -rise;
+    return s;
+  }
+
+  std::vector<Cell> do_take_changed_cells() override {
+    std::vector<Cell> out;
+    if (!solver_) return out;
+    double size = 0;
+    for (const Tiles::Square& q : tiles_->changed(grains_now(), size))
+      out.push_back({q.x, q.y, size, ground().height(q.x, q.y) + q.rise, -q.rise});
+    return out;
+  }
+
+  void do_traverse(State& s) override {
+    const auto group = s.group("sphere");
+    bool begun = solver_.has_value();
+    s.field("begun", begun);
+    if (s.loading()) now_.clear();
+    if (!begun) {
+      solver_.reset();
+      tiles_.reset();
+      return;
+    }
+    make_brick();
+    Plan p = plan_;
+    std::string brick = brick_->hash;
+    s.field("brick", brick);
+    s.field("datum", p.datum);
+    s.field("nx", p.nx);
+    s.field("ny", p.ny);
+    s.field("grains", p.grains);
+    if (brick != brick_->hash)
+      throw StateError("state belongs to soil of another brick (" + brick + ", not " + brick_->hash + ")");
+    const bool same =
+        solver_ && p.datum == plan_.datum && p.nx == plan_.nx && p.ny == plan_.ny && p.grains == plan_.grains;
+    if (s.loading() && !same) build(p, {});
+    tiles_->traverse(s);
+    solver_->traverse(s);
+  }
+
+  static constexpr double kDeep = 0.02;  ///< of its radius that a grain may lie in a wheel that is put into the soil
+
+  SoilSettings soil_;
+  SphereOptions options_;
+  double gravity_;
+  std::shared_ptr<const SphereBrick> brick_;
+  std::vector<SphereWheel> wheels_;
+  Plan plan_;
+  std::optional<Tiles> tiles_;
+  std::optional<Solver> solver_;
+  PatchFinder finder_;
+  mutable std::vector<GrainState> now_;
+};
+
+}  // namespace
+
+ModelInfo sphere_model() {
+  return {
+      "dem.sphere",
+      "grains: spheres in contact, tiled over the ground, moving near the wheels only",
+      "smooth and lugged wheels and meshes on any ground within its relief; ruts, bulldozing, several passes, digging; "
+      "no fitted "
+      "wheel law",
+      "no static equilibrium to start from, no energy ledger, soil no deeper than its bed; the slowest model by far; "
+      "two packings "
+      "differ",
+      kDefaults,
+      [](const TerrainArgs& a) -> std::unique_ptr<Terrain> {
+        const SphereOptions options = read(a.options);
+        if (!a.soil.dem.present())
+          throw std::invalid_argument("soil '" + a.soil.name + "' has no 'dem:' section, which model dem.sphere needs");
+        return std::make_unique<Sphere>(read_soil(a.soil.dem), options, a.ground, a.gravity);
+      }};
+}
+
+}  // namespace grouser::dem

@@ -1,0 +1,88 @@
+#include "sphere_wheel.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace grouser::dem {
+
+SphereWheel::SphereWheel(const BodySpec& body)
+    : radius_(body.gear.outer_radius()), half_width_(0.5 * body.gear.width()) {
+  if (const auto* lugged = std::get_if<LuggedCylinder>(&body.gear.shape)) {
+    // Strips short enough that the polygon is within 0.1 % of the radius.
+    const double thick = lugged->lug_width > 0 ? lugged->lug_width : 0.002;
+    mesh_ = wheel_mesh(lugged->radius, lugged->width, 72, lugged->lug_count, lugged->lug_height, thick);
+  } else if (const auto* mesh = std::get_if<TriangleMesh>(&body.gear.shape)) {
+    mesh_.vertices = mesh->vertices;
+    for (const auto& t : mesh->triangles) mesh_.triangles.push_back({t[0], t[1], t[2]});
+  }
+}
+
+void SphereWheel::add_to(Solver& solver, const Pose& X) const {
+  BodySettings b;
+  b.X_WB = X;
+  const int number = solver.add_body(b);
+  if (mesh_.triangles.empty())
+    solver.add_cylinder(number, radius_, half_width_);
+  else
+    solver.add_mesh(number, mesh_, 0, true);
+}
+
+double SphereWheel::overlap(const Pose& X, const Vec3& centre, double r) const {
+  const Vec3 d = X.q.conjugate() * (centre - X.p);
+  const double out = std::hypot(d[0], d[2]) - radius_, side = std::abs(d[1]) - half_width_;
+  if (out > 0 && side > 0) return r - std::hypot(out, side);
+  return r - std::max(out, side);
+}
+
+namespace {
+
+/// Distance of an oriented rectangle (centre, unit axis u, half sizes a along u and b across) from the box [lo, hi].
+double distance(const Vec2& centre, const Vec2& u, double a, double b, const Vec2& lo, const Vec2& hi) {
+  const Vec2 v(-u[1], u[0]);
+  // Alternating projections between two convex sets.
+  Vec2 p = centre, q = p;
+  for (int k = 0; k < 30; ++k) {
+    q = p.cwiseMax(lo).cwiseMin(hi);
+    const Vec2 d = q - centre;
+    p = centre + std::clamp(d.dot(u), -a, a) * u + std::clamp(d.dot(v), -b, b) * v;
+  }
+  return (p - q).norm();
+}
+
+}  // namespace
+
+void SphereWheel::tiles_near(const Pose& X, const Ground& ground, double lx, double ly, double reach, double keep,
+                             double clear, const std::vector<Tile>& now, std::vector<Tile>& into) const {
+  const Mat3 C = carrier_axes(X.q * Vec3::UnitY());
+  const Vec2 u = Vec2(C.col(0).head<2>()).normalized();
+  double level = -1e300;
+  for (const double s : {-0.7, -0.35, 0.0, 0.35, 0.7})
+    for (const double w : {-1.0, 0.0, 1.0}) {
+      const Vec2 p = X.p.head<2>() + s * radius_ * u + w * half_width_ * Vec2(-u[1], u[0]);
+      level = std::max(level, ground.height(p.x(), p.y()));
+    }
+  const double depth = level - (X.p.z() - radius_);
+  if (depth < -clear) return;
+  const double d = std::clamp(depth, 0.0, radius_), a = std::sqrt(radius_ * radius_ - (radius_ - d) * (radius_ - d));
+  const Vec2 centre = X.p.head<2>();
+  const double out = a + half_width_ + keep;
+  const auto index = [](double x, double l) { return static_cast<std::int64_t>(std::floor(x / l)); };
+  for (std::int64_t i = index(centre.x() - out, lx); i <= index(centre.x() + out, lx); ++i)
+    for (std::int64_t j = index(centre.y() - out, ly); j <= index(centre.y() + out, ly); ++j) {
+      const Vec2 lo(static_cast<double>(i) * lx, static_cast<double>(j) * ly), hi = lo + Vec2(lx, ly);
+      const double far = distance(centre, u, a, half_width_, lo, hi);
+      if (far < reach || (far < keep && std::binary_search(now.begin(), now.end(), Tile{i, j}))) into.push_back({i, j});
+    }
+}
+
+double patch_stiffness(const Material& m, double force, double area) {
+  if (!(force > 0 && area > 0)) return 0;
+  constexpr double contacts = 5, solid = 0.57, poisson = 0.2;
+  const double G = m.young / (2 * (1 + m.poisson)), nu = m.poisson;
+  const double bulk =
+      std::cbrt(contacts * contacts * solid * solid * G * G * (force / area) / (18 * pi * pi * (1 - nu) * (1 - nu)));
+  const double young = 3 * bulk * (1 - 2 * poisson);
+  return 2 * young * std::sqrt(area / pi) / (1 - poisson * poisson);
+}
+
+}  // namespace grouser::dem

@@ -1,0 +1,67 @@
+#pragma once
+// A running gear among grains: its surface in the solver, what it overlaps, where it touches, which tiles it needs.
+#include <vector>
+
+#include "grouser/terrain/ground.h"
+#include "grouser/terrain/terrain.h"
+#include "sphere_tiles.h"
+
+namespace grouser::dem {
+
+class SphereWheel {
+ public:
+  /// @throws TerrainError for a gear that cannot be carried.
+  explicit SphereWheel(const BodySpec& body);
+  /// Adds body and surface to the solver; X: pose of the gear, z of the solver.
+  void add_to(Solver& solver, const Pose& X) const;
+  double radius() const { return radius_; }  ///< outer [m]
+  double half_width() const { return half_width_; }
+
+  /// Depth of a sphere in the cylinder over the gear [m], negative clear of it. Coordinates as those of X.
+  double overlap(const Pose& X, const Vec3& centre, double r) const;
+
+  struct Arc {
+    int touching = 0;
+    double entry = 0, exit = 0;    ///< [rad] from the bottom of the wheel, positive forward
+    Vec3 centre_W = Vec3::Zero();  ///< mean of the touching grains' centres, less the hub [m]
+  };
+  /// Grains (not `skip`) that touch the cylinder, wheel at X over the torus lx x ly.
+  template <class Skip>
+  Arc arc(const Pose& X, const std::vector<GrainState>& grains, double lx, double ly, Skip skip) const {
+    Arc out;
+    const Mat3 C = carrier_axes(X.q * Vec3::UnitY());
+    const double reach = std::hypot(radius_, half_width_);
+    for (std::size_t k = 0; k < grains.size(); ++k) {
+      const GrainState& g = grains[k];
+      Vec3 d = g.x - X.p;
+      d[0] -= lx * std::round(d[0] / lx);
+      d[1] -= ly * std::round(d[1] / ly);
+      const double far = reach + g.radius;
+      if (d.squaredNorm() > far * far || skip(k)) continue;
+      if (overlap(X, X.p + d, g.radius) <= 0) continue;
+      const Vec3 c = C.transpose() * d;
+      const double angle = std::atan2(c[0], -c[2]);
+      out.entry = out.touching ? std::max(out.entry, angle) : angle;
+      out.exit = out.touching ? std::min(out.exit, angle) : angle;
+      out.centre_W += d;
+      ++out.touching;
+    }
+    if (out.touching) out.centre_W /= out.touching;
+    return out;
+  }
+
+  /// Tiles lx x ly nearer than `reach` to the part of the wheel at X (world) that may be in the soil, or nearer than `keep` and in `now`.
+  void tiles_near(const Pose& X, const Ground& ground, double lx, double ly, double reach, double keep, double clear,
+                  const std::vector<Tile>& now, std::vector<Tile>& into) const;
+
+ private:
+  double radius_, half_width_;
+  Mesh mesh_;  ///< empty: smooth cylinder
+};
+
+/// Stiffness of a wheel on grains at rest for small motions [N/m], an estimate within a factor of about two, of an elastic half-space under a
+/// rigid patch of area A under the force N; moduli of a random packing by Hertz-Mindlin mean field (Walton 1987, as in Mavko,
+/// Mukerji and Dvorkin 2009, section 5.4) with 5 contacts per grain and a solid fraction of 0.57.
+double patch_stiffness(const Material& m, double force, double area);
+
+}  // namespace grouser::dem
