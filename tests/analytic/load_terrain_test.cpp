@@ -19,6 +19,15 @@ source: test
 bekker:
   pressure: {law: k_b, k: 254.1 kPa, n: 1.387, reference_width: 50 mm}
   shear: {type: A, cohesion: 139.28 Pa, friction_angle: 0.606 rad, K: 0.5151 mm}
+dem:
+  diameter: [20 mm, 25 mm]
+  density: 3.1 g/cm^3
+  young_modulus: 1 MPa
+  poisson_ratio: 0.35
+  friction: 0.6
+  rolling: {law: constant, coefficient: 0.2}
+  restitution: 0.4
+  wall: {friction: 0.6, restitution: 0.4}
 )");
     write("rock.yaml", "soil: rock\nsource: test\nrigid: {stiffness: 100 kN/m}\n");
   }

@@ -73,7 +73,7 @@ INSTANTIATE_TEST_SUITE_P(
         Hostile{"empty", "run", "a.yaml", "", "a.yaml:1:1: the file is empty; 'key: value' lines are wanted\n"},
         Hostile{"terminal_escape", "check", "a.yaml", "soil: red\nsource: \"\\e[31mred\"\n\"\\e[31mkey\": 1\n",
                 "a.yaml:1:1: the soil has no model parameters; give a section 'bekker:', 'rigid:' or 'dem:'\n"
-                "a.yaml:3:1: unknown key '\\x1b[31mkey'; known here: bekker, bulk_density, rigid, soil, source\n"},
+                "a.yaml:3:1: unknown key '\\x1b[31mkey'; known here: bekker, bulk_density, dem, rigid, soil, source\n"},
         Hostile{"obj_alone", "check", "a.obj", "v 0 0 0\n",
                 "a.obj: a mesh alone says nothing of its use; check the wheel file that names it\n"}),
     [](const testing::TestParamInfo<Hostile>& i) { return i.param.name; });

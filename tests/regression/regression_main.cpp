@@ -68,6 +68,18 @@ constexpr Variant kVariants[] = {
      "lugged wheel of Table 3.3, method quadratic, lateral anisotropic,"},
 };
 
+/// Models without references, and why.
+struct Exempt {
+  const char *model, *why;
+};
+constexpr Exempt kExempt[] = {{"dem.sphere", "chaotic: last bits change the packing; see tests/dem, tests/dem_terrain"}};
+
+const Exempt* exempt(const std::string& id) {
+  for (const Exempt& e : kExempt)
+    if (id == e.model) return &e;
+  return nullptr;
+}
+
 void write(const std::filesystem::path& file, const std::string& id, const std::string& what,
            const std::vector<Case>& cases, const References& old) {
   std::filesystem::create_directories(file.parent_path());
@@ -147,6 +159,10 @@ int run(const Subject& subject, const std::string& name, const std::string& what
 int run(bool regenerate) {
   int failures = 0;
   for (const ModelInfo& model : all_models().models()) {
+    if (const Exempt* e = exempt(model.id)) {
+      std::printf("%s: no references, %s\n", e->model, e->why);
+      continue;
+    }
     failures += run(Subject{model, "", "mit_wheel"}, "reference", "smooth wheel of Table 4.5", regenerate);
     for (const Variant& v : kVariants)
       if (model.id == v.model) failures += run(Subject{model, v.options, v.wheel}, v.name, v.what, regenerate);
