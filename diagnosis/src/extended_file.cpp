@@ -141,6 +141,20 @@ class Soil {
   const DiagnosisCase& c_;
 };
 
+/// Means of what lies within `width` of each other: dead weights and slips of repeats are never quite the same.
+std::vector<double> merged(std::vector<double> x, double width) {
+  std::sort(x.begin(), x.end());
+  std::vector<double> out;
+  for (std::size_t i = 0; i < x.size();) {
+    std::size_t j = i;
+    double sum = 0;
+    for (; j < x.size() && x[j] - x[i] <= width; ++j) sum += x[j];
+    out.push_back(sum / static_cast<double>(j - i));
+    i = j;
+  }
+  return out;
+}
+
 std::string rig_text(const Diagnosis& d, const DiagnosisCase& c, const std::string& title, const std::string& source) {
   std::vector<double> loads, slips, speeds;
   int greatest_pass = 1, locked = 0;
@@ -172,14 +186,14 @@ std::string rig_text(const Diagnosis& d, const DiagnosisCase& c, const std::stri
   }
   if (const std::string effects = effects_of(d, "      "); !effects.empty())
     out += "  effects:\n    " + c.model + ":\n" + effects;
-  out += "load: " + list(different(loads), " N") + "\n";
+  out += "load: " + list(merged(loads, 0.15 * *std::max_element(loads.begin(), loads.end())), " N") + "\n";
   if (slips.empty()) {  // nothing rolled: the rig still shows the wheel
     slips = {0.1, 0.3};
     speeds = {0.1};
   }
   std::sort(speeds.begin(), speeds.end());
   const std::vector<double> all = different(speeds);
-  out += "slips: " + list(different(slips), "") + "\nslip_definition: symmetric\n";
+  out += "slips: " + list(merged(slips, 0.03), "") + "\nslip_definition: symmetric\n";
   out += "angular_speed: " + exact(speeds[speeds.size() / 2]) + " rad/s";
   if (all.size() > 1) out += "  # the runs had " + list(all, "") + " rad/s";
   out += "\ndistance: " + exact(5 * c.wheel.radius) + " m\naverage_over: 20 %\noutput: {rate: 20 Hz}\n";

@@ -111,5 +111,19 @@ TEST(ExtendedFileTexts, AModelWithoutAddedPhysicsHasNoFileOfEffects) {
   }
 }
 
+TEST(ExtendedFileTexts, RepeatsWithNearlyTheSameLoadAndSlipAreOneConditionOfTheRig) {
+  Diagnosis d = diagnosis({}, 1);
+  d.runs.clear();
+  for (const double slip : {0.296, 0.3, 0.304, 0.5})
+    for (const double load : {78.0, 80.0, 82.0, 160.0}) {
+      diagnosis::Run r;
+      r.slip = slip, r.load = load, r.omega = 0.5;
+      d.runs.push_back(r);
+    }
+  const std::string rig = extended_files(d, given())[0].text;
+  EXPECT_THAT(rig, HasSubstr("load: [80 N, 160 N]"));
+  EXPECT_THAT(rig, HasSubstr("slips: [0.3, 0.5]"));
+}
+
 }  // namespace
 }  // namespace grouser::diagnosis
