@@ -88,13 +88,11 @@ int doctor() {
     const Soil soil = load_soil_file(library / "soils" / "mojave_martian_simulant.yaml");
     const RunningGear gear = load_running_gear_file(library / "wheels" / "mit_wheel.yaml");
     for (const ModelInfo& m : all_models().models()) {
-      std::unique_ptr<Terrain> terrain;
-      try {
-        terrain = m.make({soil, flat_ground(), {}, 9.81});
-      } catch (const std::invalid_argument& e) {  // the soil lacks what this model needs
-        c.line(true, m.id, fmt::format("not tried: {}", e.what()));
+      if (m.id == "dem.sphere" && !soil.dem.present()) {  // pouring a bed takes longer than a person waits here
+        c.line(true, m.id, fmt::format("not tried: soil '{}' has no grains", soil.name));
         continue;
       }
+      const auto terrain = m.make({soil, flat_ground(), {}, 9.81});
       c.line(true, m.id, fmt::format("{:.1f} us per wheel and step", cost_us(*terrain, gear)));
     }
   } catch (const std::exception& e) {

@@ -182,6 +182,19 @@ GROUSER_INLINE VF opposite(VF x) {
 GROUSER_INLINE void add_eight(char* to, Eight x) { store_as(to, load_as<Eight>(to) + x); }
 #endif
 
+/// Add lane c to the sums of one grain, with `sign` times the force.
+template <class R>
+GROUSER_INLINE void add_lane(Load<R>& to, int c, R sign, const Vec3L<V<R>>& f, V<R> k, const Vec3L<V<R>>& t, V<R> one) {
+  to.f[0] += sign * f.x[c];
+  to.f[1] += sign * f.y[c];
+  to.f[2] += sign * f.z[c];
+  to.k += k[c];
+  to.t[0] += t.x[c];
+  to.t[1] += t.y[c];
+  to.t[2] += t.z[c];
+  to.n += one[c];
+}
+
 /// Add the eight values of each contact to its two grains, in the order of the list; f is the force on j.
 template <class R, std::uint32_t kMask>
 GROUSER_INLINE void scatter(Load<R>* loads, const std::uint32_t* oi, const std::uint32_t* oj, const Vec3L<V<R>>& f,
@@ -207,24 +220,8 @@ GROUSER_INLINE void scatter(Load<R>* loads, const std::uint32_t* oi, const std::
 #endif
   constexpr std::size_t scale = sizeof(R) / 4;
   for (int c = 0; c < n; ++c) {
-    Load<R>& a = *reinterpret_cast<Load<R>*>(base + scale * (oi[c] & kMask));
-    a.f[0] -= f.x[c];
-    a.f[1] -= f.y[c];
-    a.f[2] -= f.z[c];
-    a.k += k[c];
-    a.t[0] += ti.x[c];
-    a.t[1] += ti.y[c];
-    a.t[2] += ti.z[c];
-    a.n += one[c];
-    Load<R>& b = *reinterpret_cast<Load<R>*>(base + scale * (oj[c] & kMask));
-    b.f[0] += f.x[c];
-    b.f[1] += f.y[c];
-    b.f[2] += f.z[c];
-    b.k += k[c];
-    b.t[0] += tj.x[c];
-    b.t[1] += tj.y[c];
-    b.t[2] += tj.z[c];
-    b.n += one[c];
+    add_lane(*reinterpret_cast<Load<R>*>(base + scale * (oi[c] & kMask)), c, R(-1), f, k, ti, one);
+    add_lane(*reinterpret_cast<Load<R>*>(base + scale * (oj[c] & kMask)), c, R(1), f, k, tj, one);
   }
 }
 /// The same for one grain of each contact; f is the force on the other side.
@@ -246,15 +243,7 @@ GROUSER_INLINE void scatter_one(Load<R>* loads, const std::uint32_t* oi, const V
 #endif
   constexpr std::size_t scale = sizeof(R) / 4;
   for (int c = 0; c < n; ++c) {
-    Load<R>& a = *reinterpret_cast<Load<R>*>(base + scale * (oi[c] & kMask));
-    a.f[0] -= f.x[c];
-    a.f[1] -= f.y[c];
-    a.f[2] -= f.z[c];
-    a.k += k[c];
-    a.t[0] += t.x[c];
-    a.t[1] += t.y[c];
-    a.t[2] += t.z[c];
-    a.n += one[c];
+    add_lane(*reinterpret_cast<Load<R>*>(base + scale * (oi[c] & kMask)), c, R(-1), f, k, t, one);
   }
 }
 
