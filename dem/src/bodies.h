@@ -59,6 +59,20 @@ class Bodies {
         f(m, p.blocks.data() + p.runs[s].first, p.blocks.data() + p.runs[s].last, p.sums[s]);
       }
   }
+  /// `f(block, lane, radius of the grain, pair type)` for every contact of a body in the last step.
+  template <class F>
+  void each_contact(int body, const Array<Grain<R>>& grains, std::size_t count, F&& f) const {
+    for (const Part& p : parts_)
+      for (std::size_t s = 0; s < p.runs.size(); ++s) {
+        if (surfaces[s].body != body) continue;
+        for (std::size_t b = p.runs[s].first; b < p.runs[s].last; ++b)
+          for (std::size_t l = 0; l < kBlock; ++l) {
+            const WallBlock<R>& block = p.blocks[b];
+            const std::size_t g = block.i[l] / kUnit;
+            if (g < count && block.delta[l] > 0) f(block, l, double(grains[g].r), block.i[l] % kUnit);
+          }
+      }
+  }
   /// Sum forces in the order of the chunks, move the bodies. `begun`: forces of a step before are known.
   void finish(double dt, const Vec3& gravity, bool begun);
   /// After the step that followed a sort.

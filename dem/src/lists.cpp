@@ -173,6 +173,8 @@ bool Lists<R>::rebuild(Team& team, int t, const Space<R>& space, Array<Grain<R>>
   const auto swap = [&] {
     grains.swap(sorted_);
     ids.swap(sorted_ids_);
+    Array<Grain<R>>().swap(sorted_);
+    for (auto* v : {&cell_, &order_, &sorted_ids_}) std::vector<std::uint32_t>().swap(*v);
   };
   if (!team.wait(swap)) return false;
   team.guard([&] {
@@ -181,10 +183,7 @@ bool Lists<R>::rebuild(Team& team, int t, const Space<R>& space, Array<Grain<R>>
   if (!team.wait([this] { lay_out(); })) return false;
   const auto [from, to] = team.share(before_.size(), t);
   for (std::size_t c = from; c < to; ++c) carry(c);
-  return team.wait([&] {
-    Array<Grain<R>>().swap(sorted_);
-    for (auto* v : {&cell_, &order_, &sorted_ids_}) std::vector<std::uint32_t>().swap(*v);
-  });
+  return team.wait();
 }
 
 template <class R>
@@ -208,7 +207,8 @@ void Lists<R>::find_candidates(std::size_t c, const Space<R>& space, const Array
   };
   Part& p = parts_[c];
   const Chunk& chunk = chunks_[c];
-  const R wide = static_cast<R>(skin_);
+  const R wide = static_cast<R>(skin_), near = static_cast<R>(kRoomGap);
+  std::size_t room = 0;
   p.start.assign(chunk.last - chunk.first + 1, 0);
   std::vector<std::uint32_t> found;
   found.reserve(4 * p.start.size());
@@ -252,7 +252,10 @@ void Lists<R>::find_candidates(std::size_t c, const Space<R>& space, const Array
                 d2 += d * d;
               }
               const R s = a.r + b.r + wide;
-              if (d2 < s * s && (a.im != 0 || b.im != 0)) found.push_back(j);
+              if (!(d2 < s * s && (a.im != 0 || b.im != 0))) continue;
+              found.push_back(j);
+              const R close = a.r + b.r + near;
+              room += d2 < close * close;
             }
           if (!std::is_sorted(found.begin() + static_cast<std::ptrdiff_t>(run), found.end()))
             std::sort(found.begin() + static_cast<std::ptrdiff_t>(run), found.end());
@@ -263,6 +266,7 @@ void Lists<R>::find_candidates(std::size_t c, const Space<R>& space, const Array
   }
   p.partner = std::vector<std::uint32_t>(found.begin(), found.end());
   p.slot.assign(p.partner.size(), kNone);
+  p.room = (room + kBlock - 1) / kBlock + 1;
 }
 
 template <class R>
@@ -270,14 +274,20 @@ void Lists<R>::lay_out() {
   std::size_t blocks = 0;
   for (Part& p : parts_) {
     p.first_block = blocks;
-    p.room = (p.partner.size() + kBlock - 1) / kBlock;
     blocks += p.room;
   }
-  if (store_.capacity() < blocks) {
-    store_ = Store();
-    store_.reserve(blocks + blocks / 16);
-  }
   store_.resize(blocks);
+}
+
+template <class R>
+void Lists<R>::keep(std::size_t c, const Store& contacts) {
+  Part& p = parts_[c];
+  if (contacts.size() > p.room) {
+    p.own = contacts;
+    return;
+  }
+  if (!p.own.empty()) Store().swap(p.own);
+  std::copy(contacts.begin(), contacts.end(), first(c));
 }
 
 template <class R>
@@ -351,6 +361,7 @@ template <class R>
 bool Lists<R>::find_due(const Space<R>& space, const Array<Grain<R>>& grains, double surfaces_travelled) {
   if (!before_.empty()) {
     std::vector<Part>().swap(before_);
+    Store().swap(old_store_);
     old_chunks_.clear();
   }
   bool sort = false;
@@ -411,7 +422,7 @@ void Lists<R>::refresh(std::size_t c, const Space<R>& space, double dt, const Ar
   const std::size_t blocks = (n + kBlock - 1) / kBlock;
   fresh.resize(blocks);
   if (ledger) fresh_past.resize(blocks);
-  const Block<R>* old_blocks = before_.empty() ? store_.data() : old_store_.data();
+  const Store& old_store = before_.empty() ? store_ : old_store_;
   const auto type_row = static_cast<std::size_t>(materials);
   const std::uint32_t here = static_cast<std::uint32_t>(c) << kLaneBits, lanes = (1u << kLaneBits) - 1;
   for (std::size_t k = 0; k < n; ++k) {
@@ -429,7 +440,7 @@ void Lists<R>::refresh(std::size_t c, const Space<R>& space, double dt, const Ar
     }
     const Part& old = before_.empty() ? p : before_[(slot & ~kFlip) >> kLaneBits];
     const std::size_t at = slot & lanes;
-    const Block<R>& from = old_blocks[old.first_block + at / kBlock];
+    const Block<R>& from = contacts(old, old_store)[at / kBlock];
     const R sign = slot & kFlip ? R(-1) : R(1);
     for (int q = 0; q < 3; ++q) {
       to.s[q][lane] = sign * from.s[q][at % kBlock];
@@ -446,7 +457,7 @@ void Lists<R>::refresh(std::size_t c, const Space<R>& space, double dt, const Ar
     for (int q = 0; q < 3; ++q) to.s[q][lane] = to.t[q][lane] = 0;
     if (ledger) fresh_past[k / kBlock].clear(lane);
   }
-  std::copy(fresh.begin(), fresh.end(), first(c));
+  keep(c, fresh);
   if (ledger) p.past.swap(fresh_past);
   chunk.listed = n;
 }
@@ -472,7 +483,7 @@ std::size_t Lists<R>::bytes() const {
   for (const std::vector<Part>* parts : {&parts_, &before_})
     for (const Part& p : *parts)
       n += sizeof(std::uint32_t) * (p.start.capacity() + p.partner.capacity() + p.slot.capacity()) +
-           sizeof(Past<R>) * p.past.capacity();
+           sizeof(Block<R>) * p.own.capacity() + sizeof(Past<R>) * p.past.capacity();
   return n;
 }
 

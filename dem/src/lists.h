@@ -20,6 +20,9 @@ inline constexpr double kLargestMargin = 5e-5;  ///< [m] of the contact list
 inline constexpr double kSmallestMargin = 2e-6;
 inline constexpr double kWallMargin = 2e-4;  ///< [m] of the list of grains near surfaces, at most
 inline constexpr double kLasts = 80;         ///< steps that a contact list should last
+/// [m] Candidates nearer than this get room in the store of contacts: those that may be listed before the next sort, nearly
+/// always. A chunk with more keeps its contacts by itself until then.
+inline constexpr double kRoomGap = 3e-4;
 
 /// Cells of a box, x slowest.
 struct Cells {
@@ -48,11 +51,12 @@ class Lists {
   /// Lists of a chunk.
   struct Part {
     std::vector<std::uint32_t> start, partner, slot;  ///< run of candidates per grain; place of their history
-    std::size_t first_block = 0, room = 0;            ///< its part of the store of contacts
+    std::size_t first_block = 0, room = 0;            ///< its part of the store of contacts, blocks
+    Array<Block<R>> own;                              ///< contacts, when they are too many for that
     Array<Past<R>> past;                              ///< with the ledger only
   };
-  /// Contacts of all chunks, each with room for all its candidates: one piece of memory, so that the system can keep it
-  /// in large pages and neighbouring chunks follow each other.
+  /// Contacts of all chunks: one piece of memory, so that the system can keep it in large pages and neighbouring chunks
+  /// follow each other.
   using Store = Array<Block<R>>;
   bool ledger = false;
 
@@ -76,7 +80,7 @@ class Lists {
   };
   Overlap deepest(const Space<R>& space, const Array<Grain<R>>& grains, const std::vector<std::uint32_t>& ids) const;
 
-  Block<R>* first(std::size_t c) { return store_.data() + parts_[c].first_block; }
+  Block<R>* first(std::size_t c) { return contacts(parts_[c], store_); }
   Block<R>* last(std::size_t c) { return first(c) + (chunks_[c].listed + kBlock - 1) / kBlock; }
   Past<R>* past(std::size_t c) { return parts_[c].past.data(); }
   std::vector<Chunk>& chunks() { return chunks_; }
@@ -99,12 +103,14 @@ class Lists {
       f("slot", p.slot);
       if (ledger) f("past", p.past);
     }
-    lay_out();
+    std::vector<Store> used(parts_.size());
     for (std::size_t c = 0; c < parts_.size(); ++c) {
-      Store used(first(c), last(c));
-      f("blocks", used);
-      std::copy(used.begin(), used.end(), first(c));
+      if (parts_[c].room > 0) used[c].assign(first(c), last(c));
+      f("blocks", used[c]);
+      parts_[c].room = std::max(parts_[c].room, used[c].size());
     }
+    lay_out();
+    for (std::size_t c = 0; c < parts_.size(); ++c) keep(c, used[c]);
   }
 
  private:
@@ -112,6 +118,11 @@ class Lists {
   void cut();
   /// Room in the store for every chunk.
   void lay_out();
+  void keep(std::size_t c, const Store& contacts);
+  template <class P, class S>
+  static auto contacts(P& part, S& store) {
+    return part.own.empty() ? store.data() + part.first_block : part.own.data();
+  }
   void find_candidates(std::size_t c, const Space<R>& space, const Array<Grain<R>>& grains);
   void carry(std::size_t old_chunk);
   double moved(const Chunk& c, const Space<R>& space, const Array<Grain<R>>& grains) const;

@@ -19,6 +19,7 @@ struct Solver::Impl {
   virtual Body& body(int) = 0;
   virtual void place(int body, const Pose& X) = 0;
   virtual const Surface& surface(int) const = 0;
+  virtual std::vector<BodyContact> contacts(int body) const = 0;
   virtual void step(long) = 0;
   virtual std::vector<GrainState> grains() const = 0;
   virtual double kinetic_energy() const = 0;
@@ -51,7 +52,9 @@ constexpr std::uint32_t kLayout = 2;  ///< of what is saved: changes with the re
 template <class R>
 class Engine final : public Solver::Impl {
  public:
-  Engine(const SolverSettings& s, const std::vector<GrainState>& input) : space_(s.domain) {
+  /// `spent` is the input when nobody needs it any more: it is freed before the lists are made.
+  Engine(const SolverSettings& s, const std::vector<GrainState>& input, std::vector<GrainState>* spent)
+      : space_(s.domain) {
     set = s;
     kernel = find_kernel(s.isa.c_str());
     if (!kernel)
@@ -63,6 +66,9 @@ class Engine final : public Solver::Impl {
     for (int a = 0; a < m; ++a)
       for (int b = 0; b < m; ++b) pair_type_.push_back(static_cast<std::uint8_t>(s.materials.index(a, b)));
     grains_.resize(input.size());
+    ids_.reserve(input.size());
+    material_.reserve(input.size());
+    size_.reserve(input.size());
     for (std::size_t k = 0; k < input.size(); ++k) put(input[k], grains_[k]);
     for (std::size_t k = 0; k < input.size(); ++k) {
       largest_ = std::max(largest_, input[k].radius);
@@ -70,10 +76,8 @@ class Engine final : public Solver::Impl {
       material_.push_back(static_cast<std::uint8_t>(input[k].material));
       size_.push_back({input[k].radius, input[k].density});
     }
-    material_.shrink_to_fit();
+    if (spent) std::vector<GrainState>().swap(*spent);
     look_at_materials();
-    ids_.shrink_to_fit();
-    size_.shrink_to_fit();
     lists_.ledger = set.ledger;
     lists_.prepare(space_, set.skin, grains_, ids_.size());
     Team alone(1);
@@ -137,6 +141,22 @@ class Engine final : public Solver::Impl {
     if (k < 0 || k >= static_cast<int>(walls_.surfaces.size()))
       refuse("surface %d; there are %zu", k, walls_.surfaces.size());
     return walls_.surfaces[static_cast<std::size_t>(k)];
+  }
+
+  std::vector<BodyContact> contacts(int body_number) const override {
+    std::vector<BodyContact> out;
+    walls_.each_contact(
+        body_number, grains_, ids_.size(), [&](const WallBlock<R>& b, std::size_t l, double radius, std::size_t type) {
+          const double delta = b.delta[l], r = radius / (1 + radius * double(b.curvature[l])), a = std::sqrt(r * delta);
+          BodyContact c;
+          for (int k = 0; k < 3; ++k) {
+            c.at[k] = b.at[k][l];
+            c.force[k] =
+                a * (double(table_.kn[type]) * delta * double(b.n[k][l]) + double(table_.kt[type]) * double(b.s[k][l]));
+          }
+          out.push_back(c);
+        });
+    return out;
   }
 
   void step(long n) override {
@@ -573,13 +593,14 @@ double rayleigh_time(const Material& m, double radius, double density) {
   return kPi * radius * std::sqrt(density / shear) / (0.1631 * m.poisson + 0.8766);
 }
 
-Solver::Solver(const SolverSettings& s, const std::vector<GrainState>& grains) {
+static std::unique_ptr<Solver::Impl> engine(const SolverSettings& s, const std::vector<GrainState>& grains,
+                                            std::vector<GrainState>* spent) {
   check(s, grains);
-  if (s.precision == Precision::full)
-    impl_ = std::make_unique<Engine<double>>(s, grains);
-  else
-    impl_ = std::make_unique<Engine<float>>(s, grains);
+  if (s.precision == Precision::full) return std::make_unique<Engine<double>>(s, grains, spent);
+  return std::make_unique<Engine<float>>(s, grains, spent);
 }
+Solver::Solver(const SolverSettings& s, const std::vector<GrainState>& grains) : impl_(engine(s, grains, nullptr)) {}
+Solver::Solver(const SolverSettings& s, std::vector<GrainState>&& grains) : impl_(engine(s, grains, &grains)) {}
 Solver::~Solver() = default;
 Solver::Solver(Solver&&) noexcept = default;
 Solver& Solver::operator=(Solver&&) noexcept = default;
@@ -628,6 +649,10 @@ void Solver::set_load(int body, const Vec3& force, const Vec3& torque) {
 Pose Solver::pose(int body) const { return impl_->body(body).X; }
 Twist Solver::twist(int body) const { return impl_->body(body).V; }
 SurfaceReport Solver::body(int body) const { return impl_->body(body).report; }
+std::vector<BodyContact> Solver::contacts(int body) const {
+  impl_->body(body);  // refuses another number
+  return impl_->contacts(body);
+}
 SurfaceReport Solver::surface(int surface) const { return impl_->surface(surface).report; }
 void Solver::step(long n) { impl_->step(n); }
 void Solver::step_for(double seconds) {

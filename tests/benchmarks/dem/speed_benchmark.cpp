@@ -62,8 +62,7 @@ int main(int argc, char** argv) {
   }
   s.law = law;
   try {
-    dem::Solver solver(s, grains);
-    grains = {};  // so that the largest memory of the process is that of the solver
+    dem::Solver solver(s, std::move(grains));
     solver.add_floor();
     if (warm > 0) {
       solver.set_drag(50);

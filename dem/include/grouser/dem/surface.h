@@ -44,9 +44,16 @@ struct SurfaceReport {
   Vec3 force = Vec3::Zero();    ///< [N] in the last step
   Vec3 torque = Vec3::Zero();   ///< [N m] about the body's origin
   Vec3 impulse = Vec3::Zero();  ///< [N s] since the start
-  Vec3 angular_impulse = Vec3::Zero();  ///< [N m s] since the start: sum of torque times step, about the body's origin as it was then
-  double work = 0;              ///< [J] by the body on the grains since the start
+  Vec3 angular_impulse =
+      Vec3::Zero();  ///< [N m s] since the start: sum of torque times step, about the body's origin as it was then
+  double work = 0;   ///< [J] by the body on the grains since the start
   int contacts = 0;
+};
+
+/// Contact of a grain with a body, from its springs (dampers and rolling torques, some per cent, are left out).
+struct BodyContact {
+  Vec3 at = Vec3::Zero();     ///< [m] from the body's origin, axes W
+  Vec3 force = Vec3::Zero();  ///< [N] on the body, W
 };
 
 }  // namespace grouser::dem
