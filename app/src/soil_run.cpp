@@ -139,19 +139,23 @@ SoilCaseResult run_case(const SoilJob& job, std::size_t k, const SoilRunOptions&
     }
   }
   const double grains = static_cast<double>(test->counters().grains);
+  const auto save = [&] {
+    Checkpoint now;
+    now.scenario = c.inputs;
+    now.version = GROUSER_VERSION;
+    now.time = test->time();
+    now.frames = test->table().rows.size();
+    test->traverse(now.state);
+    write_checkpoint(checkpoint, now);
+  };
+  save();  // a full disk is found before anything is computed
   auto last = Clock::now();
   for (bool more = true; more;) {
     more = test->advance();
     const double scale = grains / c.soil.dt;
     ledger.update(k, c.name, test->time(), test->time() * scale, (test->time() + test->left()) * scale);
     if (more && since(last) > o.checkpoint_every) {
-      Checkpoint now;
-      now.scenario = c.inputs;
-      now.version = GROUSER_VERSION;
-      now.time = test->time();
-      now.frames = test->table().rows.size();
-      test->traverse(now.state);
-      write_checkpoint(checkpoint, now);
+      save();
       last = Clock::now();
     }
   }

@@ -113,19 +113,27 @@ TEST(CollidingSpheres, ApproachTheSolutionOfTheEquationsOfMotionInFirstOrder) {
 }
 
 TEST(CollidingSpheres, MeetTheExactSolutionToOneMillionthAtATinyStep) {
-  const Impact c = head_on();
-  const Outcome exact = solve_impact(c, 1e-12);
-  const Motion run = simulate(c, box(1e-10, Precision::full));
-  EXPECT_LT(worst(run, exact, c), 1e-6);
+  for (const Impact& c : {head_on(), oblique()}) {
+    const Outcome exact = solve_impact(c, 1e-12);
+    const Motion run = simulate(c, box(1e-10, Precision::full));
+    EXPECT_LT(worst(run, exact, c), 1e-6);
+  }
 }
 
 TEST(CollidingSpheres, InSinglePrecisionAtTheDefaultStepAreWithinThreePercent) {
+  // The first touch falls anywhere within a step: the worst of forty phases counts (README: 1.8 and 2.2 %).
   for (const Impact& c : {head_on(), oblique()}) {
     const Outcome exact = solve_impact(c, 1e-12);
-    const double single = worst(simulate(c, box(8e-6, Precision::single)), exact, c);
-    const double full = worst(simulate(c, box(8e-6, Precision::full)), exact, c);
-    EXPECT_LT(single, 0.03);
-    EXPECT_NEAR(single, full, 1e-4);
+    double most = 0, most_full = 0;
+    for (int k = 0; k < 40; ++k) {
+      most = std::max(most, worst(simulate(c, box(8e-6, Precision::single), k / 40.0), exact, c));
+      most_full = std::max(most_full, worst(simulate(c, box(8e-6, Precision::full), k / 40.0), exact, c));
+    }
+    // One by one they differ by up to 7e-4: where a touch ends within rounding of a step it lasts one step more.
+    EXPECT_NEAR(most, most_full, 1e-3);
+    EXPECT_LT(most, 0.03);
+    EXPECT_GT(most, 0.01);  // a step of 8 us in a contact of 0.27 ms cannot do better: if it does, nothing was hit
+    RecordProperty(c.tangential ? "oblique_percent" : "head_on_percent", std::to_string(100 * most));
   }
 }
 

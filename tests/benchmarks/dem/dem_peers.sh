@@ -5,7 +5,7 @@
 # Same grains, floor, gravity, materials (Table 4.2, constant rolling coefficient 0.3), dt 2.2e-6 s. LIGGGHTS runs the same law;
 # LAMMPS has no rolling model with the same torque: its nearest (sds). Both start from the file's positions at rest.
 set -u
-bench=$1; bed=$2; lx=$3; ly=$4; tx=${5:-1}; ty=${6:-1}; turns=${7:-3}; steps=${8:-300}
+bench=$(readlink -f "$1"); bed=$(readlink -f "$2"); lx=$3; ly=$4; tx=${5:-1}; ty=${6:-1}; turns=${7:-3}; steps=${8:-300}
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT; cd "$work" || exit 1
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMP_NUM_THREADS=1
 
