@@ -11,9 +11,10 @@ find_package(Boost 1.74 REQUIRED)
 if(GROUSER_DIAGNOSIS AND GROUSER_BEKKER)
   find_package(Ceres REQUIRED)
   find_package(NLopt REQUIRED)
+  find_package(SUNDIALS REQUIRED COMPONENTS cvodes nvecserial)
 endif()
 if(GROUSER_VEHICLE)
   # CMake's FindBullet finds single precision; vehicles use float64, which only pkg-config knows.
   pkg_check_modules(bullet64 REQUIRED IMPORTED_TARGET bullet-float64)
-  find_package(SUNDIALS REQUIRED COMPONENTS cvode kinsol nvecserial)
+  find_package(SUNDIALS REQUIRED COMPONENTS cvodes kinsol nvecserial)  # cvodes holds all of cvode; one program must not link both
 endif()

@@ -20,15 +20,21 @@ Json by_channel(const std::array<double, channel_count>& values) {
 }
 
 Json interval(const Interval& i) {
-  return {
-      {"value", number(i.value)}, {"sd", number(i.sd)}, {"ci90", {number(i.low), number(i.high)}}, {"unit", i.unit}};
+  return {{"value", number(i.value)},
+          {"sd", number(i.sd)},
+          {"ci90", {number(i.low), number(i.high)}},
+          {"unit", i.unit},
+          {"times_typical", number(i.times_typical)}};
 }
 
 Json model(const FittedModel& m) {
   Json parameters = Json::object();
   for (const auto& [name, v] : m.parameters)
-    parameters[name] = {
-        {"value", number(v.value)}, {"sd", number(v.sd)}, {"prior_z", number(v.prior_z)}, {"unit", v.unit}};
+    parameters[name] = {{"value", number(v.value)},
+                        {"sd", number(v.sd)},
+                        {"prior_z", number(v.prior_z)},
+                        {"sd_over_prior", number(v.sd_over_prior)},
+                        {"unit", v.unit}};
   return {{"rmse", by_channel(m.rmse)}, {"chi2", number(m.chi2)}, {"dof", m.dof}, {"parameters", parameters}};
 }
 
@@ -56,6 +62,7 @@ Json diagnosis_json(const Diagnosis& d) {
   for (const auto& [id, i] : d.parameters) j["parameters"][id] = interval(i);
   j["unknown"] = {
       {"variable", text(d.unknown_variable)}, {"acts_through", text(d.unknown_through)}, {"curve", d.unknown_curve}};
+  j["stated"] = d.stated ? Json{{"rmse", by_channel(d.stated->rmse)}, {"chi2", number(d.stated->chi2)}} : Json(nullptr);
   j["nominal"] = model(d.nominal);
   j["extended"] = model(d.extended);
   j["lack_of_fit"] = {{"nominal", tests(d.nominal.tests)}, {"extended", tests(d.extended.tests)}};
@@ -76,6 +83,29 @@ Json diagnosis_json(const Diagnosis& d) {
     if (!e.bench_check.empty()) x["bench_check"] = e.bench_check, x["bench_effect"] = e.bench_effect;
     j["next_experiment"].push_back(x);
   }
+  j["refit_needed"] = Json::array();
+  for (const Needed& n : d.needed)
+    j["refit_needed"].push_back(
+        {{"held", n.held}, {"chi2_rise", n.rise}, {"prior_z", n.prior_z}, {"rmse", by_channel(n.rmse)}});
+  j["judged"] = Json::array();
+  for (const JudgedValue& v : d.judged)
+    j["judged"].push_back({{"name", v.name},
+                           {"value", v.value},
+                           {"prior", v.prior},
+                           {"unit", v.unit},
+                           {"z", v.z},
+                           {"structural", std::abs(v.z) > 3}});
+  j["statics"] = Json::array();
+  for (const RowStatics& r : d.statics)
+    j["statics"].push_back({{"line", r.line},
+                            {"slip", r.slip},
+                            {"load_N", r.load},
+                            {"theta_rad", r.theta},
+                            {"theta_f_rad", r.theta_f},
+                            {"theta_sd_rad", r.theta_sd},
+                            {"friction", r.friction},
+                            {"friction_sd", r.friction_sd},
+                            {"contradicts", r.outside || r.slides}});
   j["suspect_rows"] = d.suspect_lines;
   j["noise"] = {{"sensor_scale", by_channel(d.noise_scale)},
                 {"scatter_ln_k", d.scatter_ln_k},

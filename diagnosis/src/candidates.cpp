@@ -107,6 +107,14 @@ std::vector<Candidate> periodic_candidates(const std::vector<Run>& runs) {
 
 }  // namespace
 
+Candidate with_priors(Candidate c, const DiagnosisCase& given) {
+  for (std::size_t t = 0; t < c.effects.size(); ++t) {
+    const auto found = given.amplitude_sd.find(effect_entries()[static_cast<std::size_t>(c.effects[t])].id);
+    if (found != given.amplitude_sd.end()) c.terms[t].sd = found->second;
+  }
+  return c;
+}
+
 Candidate nominal_candidate() { return {"none", {}, {}, "", ""}; }
 
 Candidate effect_candidate(int entry) {
@@ -152,6 +160,7 @@ std::vector<int> visible_effects(const DiagnosisCase& c, const RunTable& t, cons
   std::vector<int> out;
   for (const std::string& id : c.effects) {
     const int e = entry_of(id);
+    if (std::any_of(c.known.begin(), c.known.end(), [&](const KnownEffect& k) { return k.id == id; })) continue;
     if (!second && (id == "repetitive_loading" || id == "pass_strength")) continue;
     if (id == "preparation_drift" && !t.has_order) continue;  // the order of the rows says nothing
     if (!t.has_omega && (id == "torque_viscous")) continue;
@@ -186,17 +195,20 @@ ScoreTable::ScoreTable(const Series& s, const Candidate& base, const Fit& fit, c
   w.apply(Q);
   Eigen::MatrixXd N = A.transpose() * A;
   Eigen::VectorXd g = A.transpose() * r;
-  const Eigen::VectorXd mean = s.prior_mean();
   for (int i = 0; i < s.soil_parameters(); ++i) {
-    const double sd = s.given().soil[static_cast<std::size_t>(s.free_soil()[static_cast<std::size_t>(i)])].sd;
-    N(i, i) += 1 / (sd * sd);
-    g[i] -= (fit.x[i] - mean[i]) / (sd * sd);
+    const Parameter& p = s.parameter(i);
+    N(i, i) += 1 / (p.sd * p.sd);
+    g[i] -= (fit.x[i] - p.mean) / (p.sd * p.sd);
     // A value on its bound stays there.
-    const SoilCoordinate& c = soil_coordinates()[static_cast<std::size_t>(s.free_soil()[static_cast<std::size_t>(i)])];
-    if (fit.x[i] <= c.lower + 1e-9 || fit.x[i] >= c.upper - 1e-9) {
+    if (fit.x[i] <= p.lower + 1e-9 || fit.x[i] >= p.upper - 1e-9) {
       N.row(i).setZero(), N.col(i).setZero(), N(i, i) = 1, g[i] = 0;
       A.col(i).setZero();
     }
+  }
+  for (std::size_t t = 0; t < base.terms.size(); ++t) {
+    const double sd = base.terms[t].sd;
+    const Eigen::Index i = s.soil_parameters() + static_cast<Eigen::Index>(t);
+    if (sd > 0) N(i, i) += 1 / (sd * sd), g[i] -= fit.x[i] / (sd * sd);
   }
   const Eigen::MatrixXd B = A.transpose() * Q;
   const Eigen::LDLT<Eigen::MatrixXd> solver(N);
@@ -218,7 +230,10 @@ ScoreTable::ScoreTable(const Series& s, const Candidate& base, const Fit& fit, c
 ScoreTable::Score ScoreTable::solve(Eigen::MatrixXd S, const Eigen::VectorXd& t,
                                     const std::vector<const Term*>& terms) const {
   const Eigen::Index n = t.size();
-  for (Eigen::Index i = 0; i < n; ++i) S(i, i) = S(i, i) * (1 + 1e-9) + 1e-300;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double sd = terms[static_cast<std::size_t>(i)]->sd;
+    S(i, i) = S(i, i) * (1 + 1e-9) + (sd > 0 ? 1 / (sd * sd) : 1e-300);
+  }
   Score out;
   out.amplitude = S.ldlt().solve(t);
   for (Eigen::Index i = 0; i < n; ++i) {

@@ -7,6 +7,8 @@ namespace grouser::diagnosis {
 Candidate nominal_candidate();
 Candidate effect_candidate(int entry);
 Candidate pair_candidate(int a, int b);
+/// The same with what the case says of ordinary sizes.
+Candidate with_priors(Candidate c, const DiagnosisCase& given);
 /// Rivals outside the list: one of k, n, c, phi, K, theta_m, theta_r, drawbar, torque, sinkage drifts with slip, load, omega, pass,
 /// order, slope or time as a polynomial of up to four terms. Those that are a named effect exactly are left out.
 std::vector<Candidate> drift_candidates(const std::vector<Run>& runs, bool order_known);

@@ -75,6 +75,79 @@ std::vector<std::string> read_effects(const ConfigNode& root) {
   return out;
 }
 
+/// Id of an effect under `parent`; -1 and an error where there is none.
+int entry_under(const ConfigNode& parent, const std::string& id) {
+  const int entry = entry_of(id);
+  if (entry >= 0) return entry;
+  const auto near = did_you_mean(id, effect_ids());
+  parent.error_at(id, "no effect '" + id + "'" + (near ? "; did you mean '" + *near + "'?" : ""));
+  return entry;
+}
+
+/// Unit in which a file states the amplitude.
+std::string written_unit(const EffectEntry& e) { return e.shown != 1 ? "rad" : e.unit; }
+
+/// known_effects: {slip_sinkage_exponent: 0.86, lugs: {value: 8 mm, sd: 1 mm}}
+void read_known(const ConfigNode& root, DiagnosisCase& c) {
+  const ConfigNode known = root.optional_map("known_effects");
+  if (!known.present()) return;
+  for (const std::string& id : known.keys()) {
+    const int entry = entry_under(known, id);
+    const ConfigNode node = known.node(id);
+    if (entry < 0) continue;
+    const EffectEntry& e = effect_entries()[static_cast<std::size_t>(entry)];
+    KnownEffect k{id, 0, 0};
+    if (node.is_map()) {
+      k.value = node.quantity("value", written_unit(e));
+      k.sd = node.quantity_or("sd", 0, written_unit(e), Range::non_negative());
+      node.text_or("source", "");
+      node.finish();
+    } else {
+      k.value = node.as_quantity(written_unit(e));
+    }
+    if (e.inverse && k.value != 0) k.sd /= k.value * k.value, k.value = 1 / k.value;
+    if (root.errors() == 0 && (k.value < e.lower || k.value > e.upper))
+      node.error("the amplitude of " + id + " is outside what is physical: " + std::to_string(e.lower) + " to " +
+                 std::to_string(e.upper) + (e.inverse ? " 1/" : " ") + written_unit(e));
+    c.known.push_back(k);
+  }
+  known.finish();
+}
+
+/// amplitudes: {wheel_radius_error: {sd: 0.02}}
+void read_amplitudes(const ConfigNode& root, DiagnosisCase& c) {
+  const ConfigNode all = root.optional_map("amplitudes");
+  if (!all.present()) return;
+  for (const std::string& id : all.keys()) {
+    const int entry = entry_under(all, id);
+    const ConfigNode node = all.map(id);
+    if (entry < 0) continue;
+    const EffectEntry& e = effect_entries()[static_cast<std::size_t>(entry)];
+    const std::string unit = e.inverse ? "1/" + e.unit : written_unit(e);
+    c.amplitude_sd[id] = node.quantity("sd", unit, Range::positive());
+    node.text_or("source", "");
+    node.finish();
+  }
+  all.finish();
+}
+
+/// judge: {k: 23.05 kPa, n: 0.418}: values from elsewhere, to be held against the priors.
+void read_judged(const ConfigNode& root, DiagnosisCase& c) {
+  const ConfigNode node = root.optional_map("judge");
+  if (!node.present()) return;
+  const auto& list = soil_coordinates();
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    if (!node.has(list[i].name)) continue;
+    const double value =
+        node.quantity(list[i].name, list[i].unit, list[i].logarithmic ? Range::positive() : Range::any());
+    c.judged[i] = list[i].logarithmic ? std::log(value) : value;
+    if (!(c.soil[i].sd > 0))
+      node.error_at(list[i].name, std::string("the case gives ") + list[i].name + " no " +
+                                      (list[i].logarithmic ? "ln_sd" : "sd") + ", so nothing can be judged by it");
+  }
+  node.finish();
+}
+
 }  // namespace
 
 DiagnosisCase read_case(const std::filesystem::path& yaml) {
@@ -110,6 +183,10 @@ DiagnosisCase read_case(const std::filesystem::path& yaml) {
   }
   soil.finish();
   c.effects = read_effects(root);
+  read_known(root, c);
+  read_amplitudes(root, c);
+  read_judged(root, c);
+  root.node("series");  // read by read_time_case
   root.finish();
   document.check();
   return c;

@@ -36,16 +36,13 @@ std::string extended_case_text(const Diagnosis& d, const DiagnosisCase& c) {
          "}\n  shear: {type: A, c: " + exact(value("c")) + " Pa, phi: " + exact(value("phi")) +
          " rad, K: " + exact(value("K")) + " m}\n  angles: {a0: " + exact(value("a0")) + ", a1: " + exact(value("a1")) +
          "}\n  density: " + exact(c.wheel.constants.density) + " kg/m^3\n";
-  std::string model, map;
-  for (const auto& [id, amplitude] : d.parameters) {
-    const EffectEntry& e = effect_entries()[static_cast<std::size_t>(entry_of(id))];
-    const std::string line = "  " + id + ": {value: " + exact(amplitude.value) +
-                             (amplitude.unit == "1" ? "" : " " + amplitude.unit) + ", sd: " + exact(amplitude.sd) +
-                             "}\n";
-    (e.is_map ? map : model) += line;
-  }
-  if (!model.empty()) out += "model_effects:\n" + model;
-  if (!map.empty()) out += "measurement:  # of the rig; a vehicle never feels it\n" + map;
+  std::string known;
+  for (const auto& [id, amplitude] : d.parameters)
+    known += "  " + id + ": " + exact(amplitude.value) + unit_of(amplitude) + "  # +- " + exact(amplitude.sd) +
+             (effect_entries()[static_cast<std::size_t>(entry_of(id))].is_map ? "; of the rig: a vehicle never feels it"
+                                                                              : "") +
+             "\n";
+  if (!known.empty()) out += "known_effects:\n" + known;
   return out;
 }
 

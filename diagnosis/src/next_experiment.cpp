@@ -11,6 +11,7 @@ namespace grouser::diagnosis {
 namespace {
 
 constexpr std::array<int, 3> repeats{4, 8, 12};
+constexpr std::array<int, 3> readings{4, 8, 16};  // of a bench check
 constexpr int draws = 400, full_draws = 8;
 constexpr double wanted = 0.9;
 constexpr std::size_t most_members = 4, shown = 3;
@@ -39,18 +40,15 @@ struct Said {
 bool say(const Search& s, const Member& m, const Run& run, double width, Said& out) {
   const Series& series = s.series();
   const Candidate& c = m.rival->candidate;
-  Inputs in = plain_inputs(series.soil_of(m.rival->fit.x));
-  for (std::size_t t = 0; t < c.terms.size(); ++t)
-    in[static_cast<std::size_t>(c.terms[t].input)] +=
-        m.rival->fit.x[series.soil_parameters() + static_cast<Eigen::Index>(t)];
+  const Inputs in = series.inputs_of(c, m.rival->fit.x, 0);
   double theta = 0;
   Outputs y;
   Slopes d;
   bekker::EffectWheel wheel = series.given().wheel;
   wheel.width *= width;
-  if (!model_run(wheel, run, in, Wanted::soil_and_touched, touched(c), theta, y, &d)) return false;
+  if (!model_run(wheel, run, in, Wanted::soil_and_touched, series.touched(c), theta, y, &d)) return false;
   Eigen::MatrixXd J(channel_count, m.rival->fit.x.size());
-  for (int i = 0; i < series.soil_parameters(); ++i) J.col(i) = d.col(series.free_soil()[static_cast<std::size_t>(i)]);
+  for (int i = 0; i < series.soil_parameters(); ++i) J.col(i) = d.col(series.parameter(i).input);
   for (std::size_t t = 0; t < c.terms.size(); ++t)
     J.col(series.soil_parameters() + static_cast<Eigen::Index>(t)) = d.col(c.terms[t].input);
   for (int k = 0; k < channel_count; ++k) out.y[k] = y[static_cast<std::size_t>(k)];
@@ -201,6 +199,12 @@ double simulate(const Search& s, const std::vector<Member>& members, const std::
   return tried > 0 ? static_cast<double>(decided) / tried : 0;
 }
 
+/// Whether more readings make a check better: a balance, a level and a tape have an error of their own.
+bool read_by_sensor(int entry) {
+  const auto map = static_cast<Map>(entry - model_effects);
+  return map != Map::bed_slope && map != Map::wheel_radius_error && map != Map::load_error;
+}
+
 /// Bench checks of the sensor effects among the members.
 std::vector<NextExperiment> bench_checks(const Search& s, const std::vector<Member>& members) {
   std::vector<NextExperiment> out;
@@ -214,7 +218,12 @@ std::vector<NextExperiment> bench_checks(const Search& s, const std::vector<Memb
     check.bench_effect = e.id;
     for (const Member& o : members) check.decides.push_back(o.rival->candidate.id);
     const Eigen::Index i = s.series().soil_parameters();
-    check.chance = bench_chance(m.rival->fit.x[i], std::sqrt(std::max(m.V(i, i), 0.0)), bench_sd(s, entry));
+    for (const int n : readings) {
+      const double error = bench_sd(s, entry) * (read_by_sensor(entry) ? std::sqrt(4.0 / n) : 1);
+      check.runs = n;
+      check.chance = bench_chance(m.rival->fit.x[i], std::sqrt(std::max(m.V(i, i), 0.0)), error);
+      if (check.chance >= wanted || !read_by_sensor(entry)) break;
+    }
     check.cost = 1;
     // Shows this member or clears it: among three that leaves two.
     if (members.size() > 2) check.decides = {e.id, "the others"};

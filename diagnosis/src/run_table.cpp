@@ -164,6 +164,26 @@ void read_slip(Reader& in, std::size_t i, const DiagnosisCase& c, Run& r) {
 
 namespace {
 
+/// A sensor that shows one value whatever the wheel does measures nothing. Notes conditions that never change.
+void look_for_constants(Reader& in, bool planned, RunTable& t) {
+  const auto same = [&](auto of) {
+    return std::all_of(t.runs.begin(), t.runs.end(), [&](const Run& r) { return of(r) == of(t.runs[0]); });
+  };
+  const bool slip = same([](const Run&r) { return r.slip; }), load = same([](const Run&r) { return r.load; });
+  if (t.runs.size() < 2) return;
+  if (slip)
+    t.notes.push_back("slip never changes: most causes are told apart by slip; measure at -0.5, 0, 0.1, 0.3 and 0.7");
+  if (load) t.notes.push_back("load_N never changes: measure at half or twice the load to tell causes apart");
+  if (planned || t.runs.size() < 5 || (slip && load)) return;
+  for (std::size_t k = 0; k < channel_count; ++k)
+    if (t.measured[k] && std::isfinite(t.runs[0].value[k]) && same([k](const Run& r) { return r.value[k]; }))
+      in.error(
+          0, channel_names()[k].short_name,
+          std::string("column '") + channel_names()[k].column +
+              "' is the same in every row while slip or load change: the sensor did not answer; check the file, or "
+              "remove the column");
+}
+
 /// planned: no values; the channels are those whose errors are stated.
 RunTable read_table(const std::filesystem::path& csv, const DiagnosisCase& c, bool planned) {
   RunTable t;
@@ -174,8 +194,11 @@ RunTable read_table(const std::filesystem::path& csv, const DiagnosisCase& c, bo
     if (!in.has(base)) in.errors().add(1, 1, std::string("column '") + written + "' is missing: " + why);
     return in.has(base);
   };
-  bool good = need("slip", "slip", "without it no run can be compared");
-  good &= need("slip_radius", "slip_radius_m",
+  // Rim and travel speed of each row say the slip as well.
+  const bool by_speeds = !in.has("slip") && in.has("omega") && in.has("travel_speed");
+  bool good = by_speeds || need("slip", "slip", "without it no run can be compared");
+  good &= by_speeds ||
+          need("slip_radius", "slip_radius_m",
                "slip without the radius it was computed with (with or without lugs) has two meanings; add the column");
   good &= need("load", "load_N", "add the vertical load of each run");
   for (int k = 0; k < channel_count; ++k) {
@@ -200,7 +223,16 @@ RunTable read_table(const std::filesystem::path& csv, const DiagnosisCase& c, bo
   for (std::size_t i = 0; i < in.rows(); ++i) {
     Run r;
     r.line = in.records().rows[i].line;
-    read_slip(in, i, c, r);
+    if (by_speeds) {
+      const double rim = in.number("omega", i, false) * c.wheel.radius, travel = in.number("travel_speed", i, false);
+      const double larger = std::max(std::abs(rim), std::abs(travel));
+      if (larger == 0)
+        in.error(i, "omega", "the wheel neither turns nor travels: slip has no meaning here; leave out the row");
+      if (rim * travel < 0) in.error(i, "omega", "the wheel turns against its travel; the law has no such wheel");
+      r.slip = r.stated_slip = larger > 0 ? (rim - travel) / larger : 0;
+    } else {
+      read_slip(in, i, c, r);
+    }
     r.load = in.number("load", i, false);
     if (std::isfinite(r.load) && !(r.load > 0)) in.error(i, "load", "the load must be above 0");
     r.omega = t.has_omega ? in.number("omega", i, false) : 0.3;
@@ -240,6 +272,7 @@ RunTable read_table(const std::filesystem::path& csv, const DiagnosisCase& c, bo
                      std::to_string(at->second) + "; number the repeats, or remove the copy");
     }
   }
+  if (!in.errors().any()) look_for_constants(in, planned, t);
   in.errors().check();
   double low = INFINITY, high = -INFINITY;
   for (const Run& r : t.runs) low = std::min(low, r.order), high = std::max(high, r.order);

@@ -36,7 +36,7 @@ bool kinked_at_zero_slip(const std::string& id) {
 
 Search::Search(const DiagnosisCase& c, const RunTable& t, std::vector<Run> runs) : case_(c), stated_(t.stated_sd) {
   sd_ = sd_of(runs);
-  for (const int e : visible_effects(c, t, runs)) all_.push_back(effect_candidate(e));
+  for (const int e : visible_effects(c, t, runs)) all_.push_back(with_priors(effect_candidate(e), case_));
   named_ = all_.size();
   aliases_.resize(named_);
   for (Candidate& d : drift_candidates(runs, t.has_order)) all_.push_back(std::move(d));
@@ -70,7 +70,7 @@ void Search::fit_nominal() {
     Eigen::VectorXd x = mean;
     for (const auto& [which, step] : by)
       for (int i = 0; i < series_->soil_parameters(); ++i)
-        if (series_->free_soil()[static_cast<std::size_t>(i)] == which) x[i] += step;
+        if (series_->parameter(i).input == which) x[i] += step;
     return x;
   };
   std::vector<Fit> found;
@@ -100,12 +100,26 @@ Fit Search::refit(const Candidate& c, const Eigen::VectorXd& guess, const Fit& b
   return f;
 }
 
-double Search::price(const Candidate& c, double gain) const {
+Candidate Search::pair_of(const Candidate& a, const Candidate& b) const {
+  return with_priors(pair_candidate(a.effects[0], b.effects[0]), case_);
+}
+
+/// Of a gain in ln likelihood that the last amplitudes of `x` bring.
+double Search::price(const Candidate& c, double gain, const Eigen::VectorXd& x) const {
   const double k = static_cast<double>(c.terms.size());
   if (!c.named()) return k * std::log(15.0);
   // Amplitude log-uniform over visible sizes of 1 to 60: independent of units, the same for every effect.
+  // Where an ordinary size is stated: normal, and its penalty is in the gain already.
   const double d = std::max(1.0, std::sqrt(2 * gain / k));
-  return k * std::log(d * std::log(60.0) / std::sqrt(2 * 3.14159265358979));
+  double out = 0;
+  for (std::size_t t = 0; t < c.terms.size(); ++t) {
+    const double sd = c.terms[t].sd;
+    const Eigen::Index i = x.size() - static_cast<Eigen::Index>(c.terms.size() - t);
+    const double known = i < 0 ? 0 : std::abs(x[i]) / d;  // the data's own error of the amplitude
+    out += sd > 0 ? 0.5 * std::log1p(known > 0 ? sd * sd / (known * known) : d * d)
+                  : std::log(d * std::log(60.0) / std::sqrt(2 * 3.14159265358979));
+  }
+  return out;
 }
 
 /// Effects that do the same to these runs, to a millionth, are one candidate that answers to all their names.
@@ -146,7 +160,7 @@ void Search::rank() {
     Rival r;
     r.candidate = std::move(c);
     r.gain = s.gain;
-    r.evidence = s.gain - price(r.candidate, s.gain);
+    r.evidence = s.gain - price(r.candidate, s.gain, s.amplitude);
     r.weight = std::log(share);
     r.guess = Eigen::VectorXd(none_.x.size() + s.amplitude.size());
     r.guess << none_.x + scores_->base_step(of, s.amplitude), s.amplitude;
@@ -160,14 +174,13 @@ void Search::rank() {
         i < named_ ? share_named / n * (1 + static_cast<double>(aliases_[i].size())) : share_drift / drifts);
   for (std::size_t a = 0; a < named_; ++a)
     for (std::size_t b = a + 1; b < named_; ++b)
-      add(pair_candidate(all_[a].effects[0], all_[b].effects[0]), {a, b}, scores_->of_pair(a, b),
-          2 * share_pair / (n * (n - 1)));
+      add(pair_of(all_[a], all_[b]), {a, b}, scores_->of_pair(a, b), 2 * share_pair / (n * (n - 1)));
 
   const auto do_refit = [&](Rival& r) {
     r.fit = refit(r.candidate, r.guess, none_);
     r.refitted = true;
     r.gain = r.fit.ok ? std::max(0.0, 0.5 * (none_.objective() - r.fit.objective())) : 0;
-    r.evidence = r.gain - price(r.candidate, r.gain);
+    r.evidence = r.gain - price(r.candidate, r.gain, r.fit.x);
   };
   // Single effects: the best by score, and those whose slope at zero says little of their size.
   std::vector<std::size_t> order(named_);
@@ -188,7 +201,8 @@ void Search::rank() {
       if (!f.ok || f.objective() >= rivals_[order[k]].fit.objective()) continue;
       rivals_[order[k]].fit = std::move(f);
       rivals_[order[k]].gain = 0.5 * (none_.objective() - rivals_[order[k]].fit.objective());
-      rivals_[order[k]].evidence = rivals_[order[k]].gain - price(rivals_[order[k]].candidate, rivals_[order[k]].gain);
+      rivals_[order[k]].evidence =
+          rivals_[order[k]].gain - price(rivals_[order[k]].candidate, rivals_[order[k]].gain, rivals_[order[k]].fit.x);
     }
   }
   // Nesting: the nominal model from where the best extended one ended.
@@ -202,7 +216,8 @@ void Search::rank() {
       const double less = 0.5 * (none_.objective() - again.objective());
       none_ = std::move(again);
       for (Rival& r : rivals_)
-        if (r.refitted) r.gain = std::max(0.0, r.gain - less), r.evidence = r.gain - price(r.candidate, r.gain);
+        if (r.refitted)
+          r.gain = std::max(0.0, r.gain - less), r.evidence = r.gain - price(r.candidate, r.gain, r.fit.x);
     }
   }
   // Drifts: refit those that could still win, best first.
@@ -250,12 +265,12 @@ void Search::rank_pairs() {
       const ScoreTable::Score s = scores.of(i);
       const double estimate = one.gain + s.gain;
       if (pair.base && pair.gain >= estimate) continue;  // from the nominal model: far less sure
-      pair.candidate = pair_candidate(one.candidate.effects[0], partners[i].effects[0]);
+      pair.candidate = pair_of(one.candidate, partners[i]);
       pair.base = true;
       pair.gain = estimate;
-      pair.evidence = estimate - price(pair.candidate, estimate);
       pair.guess = Eigen::VectorXd(one.fit.x.size() + 1);
       pair.guess << one.fit.x + scores.base_step({i}, s.amplitude), s.amplitude;
+      pair.evidence = estimate - price(pair.candidate, estimate, pair.guess);
     }
   }
   std::vector<Rival*> order;
@@ -271,7 +286,7 @@ void Search::rank_pairs() {
     r.fit = refit(r.candidate, r.guess, none_);
     r.refitted = true;
     r.gain = r.fit.ok ? std::max(0.0, 0.5 * (none_.objective() - r.fit.objective())) : 0;
-    r.evidence = r.gain - price(r.candidate, r.gain);
+    r.evidence = r.gain - price(r.candidate, r.gain, r.fit.x);
     best = std::max(best, r.evidence + r.weight);
   }
 }
@@ -316,9 +331,59 @@ void Search::run() {
   join_aliases();
   settle_noise();
   rank();
+  // Few rows have many minima: the leading accounts from more places.
+  if (series_->layout().size() < 150) {
+    std::vector<Rival*> leading;
+    for (Rival& r : rivals_)
+      if (r.refitted && r.fit.ok && r.candidate.named()) leading.push_back(&r);
+    std::stable_sort(leading.begin(), leading.end(),
+                     [](const Rival* a, const Rival* b) { return a->evidence + a->weight > b->evidence + b->weight; });
+    if (leading.size() > 6) leading.resize(6);
+    for (Rival* r : leading) {
+      const Fit from = r->fit;
+      for (int i = 0; i < series_->soil_parameters(); ++i)
+        for (const double side : {-1.5, 0.0, 1.5}) {
+          Eigen::VectorXd x = from.x;
+          x[i] = series_->parameter(i).mean + side * series_->parameter(i).sd;
+          Fit f = series_->fit(r->candidate, *whitener_, x, from.theta, full);
+          if (f.ok && f.objective() < r->fit.objective()) r->fit = std::move(f);
+        }
+      r->gain = std::max(0.0, 0.5 * (none_.objective() - r->fit.objective()));
+      r->evidence = r->gain - price(r->candidate, r->gain, r->fit.x);
+    }
+  }
   weigh();
   seconds_ = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
 }
+
+namespace {
+
+/// How much more than white noise varies what changes slowly along the order of the runs: (1 + rho)/(1 - rho) for noise in which each run
+/// keeps rho of the last. From first differences d of whitened residuals, r_d(1) = -(1 - rho)/2, which slow changes hardly touch;
+/// all channels together. 1 where rho is within two of its standard errors, 0.1.
+double slow_noise(const Series& s, const Whitener& w, const Fit& f) {
+  Eigen::MatrixXd u = f.residual;
+  w.apply(u);
+  double square = 0, product = 0;
+  int n = 0;
+  for (int c = 0; c < channel_count; ++c) {
+    std::vector<std::pair<double, double>> along;
+    for (int i = 0; i < s.layout().size(); ++i)
+      if (s.layout()[i].channel == c)
+        along.emplace_back(s.runs()[static_cast<std::size_t>(s.layout()[i].run)].order, u(i, 0));
+    if (along.size() < 40) continue;
+    std::stable_sort(along.begin(), along.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (std::size_t i = 2; i < along.size(); ++i) {
+      const double a = along[i - 1].second - along[i - 2].second, b = along[i].second - along[i - 1].second;
+      product += a * b, square += 0.5 * (a * a + b * b), ++n;
+    }
+  }
+  if (n < 40 || !(square > 0)) return 1;
+  const double rho = 1 + 2 * product / square, error = 2 * std::sqrt(0.5 / n);
+  return rho > std::max(2 * error, 0.1) ? (1 + std::min(rho, 0.7)) / (1 - std::min(rho, 0.7)) : 1;
+}
+
+}  // namespace
 
 Search::Remainder Search::remainder(const Candidate& c, const Fit& f) const {
   Remainder out;
@@ -327,8 +392,9 @@ Search::Remainder Search::remainder(const Candidate& c, const Fit& f) const {
     if (!(c.effects.size() == 1 && o.effects == c.effects)) others.push_back(o);
   const ScoreTable scores(*series_, c, f, *whitener_, others);
   if (!scores.ok()) return out;
+  const double slow = slow_noise(*series_, *whitener_, f);
   for (std::size_t i = 0; i < others.size(); ++i) {
-    const double gain = scores.of(i).gain;
+    const double gain = scores.of(i).gain / (others[i].variable == "order" ? slow : 1);
     if (!(gain > 0)) continue;
     const double k = static_cast<double>(others[i].terms.size()),
                  nu = std::max(noise_dof(static_cast<double>(f.x.size())) - k, 1.0);
@@ -345,10 +411,7 @@ Eigen::MatrixXd Search::covariance(const Fit& f) const {
   Eigen::MatrixXd A = f.jacobian;
   whitener_->apply(A);
   Eigen::MatrixXd N = A.transpose() * A;
-  for (int i = 0; i < series_->soil_parameters(); ++i) {
-    const double sd = case_.soil[static_cast<std::size_t>(series_->free_soil()[static_cast<std::size_t>(i)])].sd;
-    N(i, i) += 1 / (sd * sd);
-  }
+  N.diagonal() += f.precision;
   return N.ldlt().solve(Eigen::MatrixXd::Identity(N.rows(), N.cols()));
 }
 

@@ -72,7 +72,8 @@ class Search {
   void weigh();
   void rank_pairs();
   void join_aliases();
-  double price(const Candidate& c, double gain) const;
+  Candidate pair_of(const Candidate& a, const Candidate& b) const;
+  double price(const Candidate& c, double gain, const Eigen::VectorXd& x) const;
   double own_noise_gain() const;
 
   DiagnosisCase case_;

@@ -12,6 +12,27 @@ namespace {
 constexpr int full = 25;              // iterations
 constexpr int least_replicates = 30;  // values
 constexpr double suspect_share = 0.05;
+constexpr int few = 150;  // values: more starts cost little, and a few rows that a model cannot follow have many minima
+
+/// The nominal fit again with each value in turn moved to both sides of its prior, and with all of them at their means, as long as that helps.
+void look_further(const Series& s, const Whitener& w, Fit& nominal) {
+  for (int round = 0; round < 3; ++round) {
+    const Fit from = nominal;
+    const auto try_from = [&](const Eigen::VectorXd& x) {
+      Fit f = s.fit(nominal_candidate(), w, x, from.theta, full);
+      if (f.ok && f.objective() < nominal.objective()) nominal = std::move(f);
+    };
+    try_from(s.prior_mean());
+    for (int i = 0; i < s.soil_parameters(); ++i)
+      for (const double side : {-1.5, 0.0, 1.5}) {
+        Eigen::VectorXd x = from.x;
+        x[i] = s.parameter(i).mean + side * s.parameter(i).sd;
+        try_from(x);
+        if (side == 0 && i > 0) x[i - 1] = s.parameter(i - 1).mean, try_from(x);
+      }
+    if (nominal.objective() > from.objective() - 0.01) return;
+  }
+}
 
 }  // namespace
 
@@ -69,14 +90,15 @@ void Search::add_second(Candidate& best, Fit& f) const {
   std::size_t second = named_;
   for (std::size_t i = 0; i < named_; ++i) {
     if (named[i].effects == best.effects) continue;
-    const double gain = scores.of(i).gain, e = gain - price(named[i], gain);
+    const ScoreTable::Score s = scores.of(i);
+    const double e = s.gain - price(named[i], s.gain, s.amplitude);
     if (e > most) most = e, second = i;
   }
   if (second == named_) return;
   const ScoreTable::Score s = scores.of(second);
   Eigen::VectorXd guess(f.x.size() + 1);
   guess << f.x + scores.base_step({second}, s.amplitude), s.amplitude;
-  Candidate pair = pair_candidate(best.effects[0], named[second].effects[0]);
+  Candidate pair = pair_of(best, named[second]);
   Fit g = refit(pair, guess, f);
   if (!g.ok || g.objective() >= f.objective()) return;
   best = std::move(pair);
@@ -93,7 +115,7 @@ void Search::settle_noise() {
       Eigen::VectorXd guess;
       for (std::size_t i = 0; i < all_.size(); ++i) {
         const ScoreTable::Score s = scores.of(i);
-        const double e = s.gain - price(all_[i], s.gain);
+        const double e = s.gain - price(all_[i], s.gain, s.amplitude);
         if (e <= most) continue;
         most = e, best = all_[i];
         guess = Eigen::VectorXd(none_.x.size() + s.amplitude.size());
@@ -114,6 +136,7 @@ void Search::settle_noise() {
     weigh_runs(f);
     set_whitener();
     none_ = series_->fit(nominal_candidate(), *whitener_, none_.x, none_.theta, full);
+    if (series_->layout().size() < few) look_further(*series_, *whitener_, none_);
   }
 }
 

@@ -8,29 +8,33 @@ namespace grouser::diagnosis {
 
 Series::Series(const DiagnosisCase& c, std::vector<Run> runs, const std::vector<std::array<double, channel_count>>& sd)
     : case_(c), runs_(std::move(runs)), layout_(runs_, sd), y_(layout_.size()) {
-  for (int i = 0; i < soil_count; ++i)
-    if (c.soil[static_cast<std::size_t>(i)].sd > 0) free_.push_back(i);
+  for (std::size_t i = 0; i < soil_count; ++i) {
+    const SoilCoordinate& s = soil_coordinates()[i];
+    if (c.soil[i].sd > 0)
+      free_.push_back(
+          {s.name, s.unit, s.logarithmic, s.lower, s.upper, c.soil[i].mean, c.soil[i].sd, static_cast<int>(i)});
+  }
+  for (const KnownEffect& k : c.known) {
+    const int entry = entry_of(k.id);
+    const EffectEntry& e = effect_entries()[static_cast<std::size_t>(entry)];
+    if (k.sd > 0) free_.push_back({e.id, e.unit, false, e.lower, e.upper, k.value, k.sd, input_of_effect(entry)});
+  }
   for (int i = 0; i < layout_.size(); ++i)
     y_[i] = runs_[static_cast<std::size_t>(layout_[i].run)].value[static_cast<std::size_t>(layout_[i].channel)];
 }
 
 Eigen::VectorXd Series::prior_mean() const {
   Eigen::VectorXd x(soil_parameters());
-  for (int i = 0; i < soil_parameters(); ++i)
-    x[i] = case_.soil[static_cast<std::size_t>(free_[static_cast<std::size_t>(i)])].mean;
+  for (int i = 0; i < soil_parameters(); ++i) x[i] = parameter(i).mean;
   return x;
 }
 
-std::array<double, soil_count> Series::soil_of(const Eigen::VectorXd& x) const {
-  std::array<double, soil_count> s;
-  for (std::size_t i = 0; i < soil_count; ++i) s[i] = case_.soil[i].mean;
-  for (std::size_t i = 0; i < free_.size(); ++i)
-    s[static_cast<std::size_t>(free_[i])] = x[static_cast<Eigen::Index>(i)];
-  return s;
-}
-
 Inputs Series::inputs_of(const Candidate& c, const Eigen::VectorXd& x, std::size_t run) const {
-  Inputs in = plain_inputs(soil_of(x));
+  std::array<double, soil_count> soil;
+  for (std::size_t i = 0; i < soil_count; ++i) soil[i] = case_.soil[i].mean;
+  Inputs in = plain_inputs(soil);
+  for (const KnownEffect& k : case_.known) in[static_cast<std::size_t>(input_of_effect(entry_of(k.id)))] = k.value;
+  for (int i = 0; i < soil_parameters(); ++i) in[static_cast<std::size_t>(parameter(i).input)] = x[i];
   for (const Held& h : c.held) in[static_cast<std::size_t>(h.input)] += h.value;
   for (std::size_t t = 0; t < c.terms.size(); ++t)
     in[static_cast<std::size_t>(c.terms[t].input)] +=
@@ -38,10 +42,13 @@ Inputs Series::inputs_of(const Candidate& c, const Eigen::VectorXd& x, std::size
   return in;
 }
 
-std::vector<int> touched(const Candidate& c) {
+std::vector<int> Series::touched(const Candidate& c) const {
   std::vector<int> out;
+  for (const Parameter& p : free_)
+    if (p.input >= soil_count) out.push_back(p.input - soil_count);
   for (const Term& t : c.terms)
-    if (t.input >= soil_count) out.push_back(t.input - soil_count);
+    if (t.input >= soil_count && std::find(out.begin(), out.end(), t.input - soil_count) == out.end())
+      out.push_back(t.input - soil_count);
   return out;
 }
 
@@ -66,7 +73,7 @@ bool Series::evaluate(const Candidate& c, const Eigen::VectorXd& x, std::vector<
     y[i] = out[r][static_cast<std::size_t>(layout_[i].channel)];
     if (!J) continue;
     for (std::size_t k = 0; k < free_.size(); ++k)
-      (*J)(i, static_cast<Eigen::Index>(k)) = slopes[r](layout_[i].channel, free_[k]);
+      (*J)(i, static_cast<Eigen::Index>(k)) = slopes[r](layout_[i].channel, free_[k].input);
     for (std::size_t t = 0; t < c.terms.size(); ++t)
       (*J)(i, soil_parameters() + static_cast<Eigen::Index>(t)) =
           slopes[r](layout_[i].channel, c.terms[t].input) * c.terms[t].at(r);
@@ -90,12 +97,11 @@ bool Series::all_slopes(const Candidate& c, const Eigen::VectorXd& x, std::vecto
   return true;
 }
 
-double Series::prior_penalty(const Eigen::VectorXd& x) const {
+double Series::prior_penalty(const Candidate& c, const Eigen::VectorXd& x) const {
   double p = 0;
-  for (std::size_t i = 0; i < free_.size(); ++i) {
-    const SoilPrior& s = case_.soil[static_cast<std::size_t>(free_[i])];
-    p += std::pow((x[static_cast<Eigen::Index>(i)] - s.mean) / s.sd, 2);
-  }
+  for (int i = 0; i < soil_parameters(); ++i) p += std::pow((x[i] - parameter(i).mean) / parameter(i).sd, 2);
+  for (std::size_t t = 0; t < c.terms.size(); ++t)
+    if (c.terms[t].sd > 0) p += std::pow(x[soil_parameters() + static_cast<Eigen::Index>(t)] / c.terms[t].sd, 2);
   return p;
 }
 
@@ -118,14 +124,14 @@ Eigen::MatrixXd Series::scatter_slopes(const Candidate& c, const Fit& f) const {
   return out;
 }
 
-/// Whitened residuals and the priors as one block.
+/// Whitened residuals and the priors as one block: of the parameters, then of all amplitudes (0 where there is none).
 class SeriesCost : public ceres::CostFunction {
  public:
   SeriesCost(const Series& s, const Candidate& c, const Whitener& w, std::vector<double> theta)
       : s_(s), c_(c), w_(w), theta_(std::move(theta)) {
     const int n = s.soil_parameters() + static_cast<int>(c.terms.size());
     mutable_parameter_block_sizes()->push_back(n);
-    set_num_residuals(s.layout().size() + s.soil_parameters());
+    set_num_residuals(s.layout().size() + n);
   }
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     const Eigen::Index n = parameter_block_sizes()[0], m = s_.layout().size(), p = s_.soil_parameters();
@@ -136,20 +142,20 @@ class SeriesCost : public ceres::CostFunction {
     if (!s_.evaluate(c_, x, theta_, y, slopes ? &J : nullptr)) return false;
     Eigen::MatrixXd r = y - s_.y_;
     w_.apply(r);
-    Eigen::Map<Eigen::VectorXd> out(residuals, m + p);
+    Eigen::Map<Eigen::VectorXd> out(residuals, m + n);
     out.head(m) = r;
-    for (Eigen::Index i = 0; i < p; ++i) {
-      const SoilPrior& prior = s_.case_.soil[static_cast<std::size_t>(s_.free_[static_cast<std::size_t>(i)])];
-      out[m + i] = (x[i] - prior.mean) / prior.sd;
-    }
+    const auto weight = [&](Eigen::Index i) {
+      const double sd = i < p ? s_.parameter(i).sd : c_.terms[static_cast<std::size_t>(i - p)].sd;
+      return sd > 0 ? 1 / sd : 0;
+    };
+    for (Eigen::Index i = 0; i < n; ++i) out[m + i] = (x[i] - (i < p ? s_.parameter(i).mean : 0)) * weight(i);
     if (!slopes) return true;
     w_.apply(J);
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    Eigen::Map<RowMajor> d(jacobians[0], m + p, n);
+    Eigen::Map<RowMajor> d(jacobians[0], m + n, n);
     d.setZero();
     d.topRows(m) = J;
-    for (Eigen::Index i = 0; i < p; ++i)
-      d(m + i, i) = 1 / s_.case_.soil[static_cast<std::size_t>(s_.free_[static_cast<std::size_t>(i)])].sd;
+    for (Eigen::Index i = 0; i < n; ++i) d(m + i, i) = weight(i);
     return true;
   }
 
@@ -164,21 +170,23 @@ Fit Series::fit(const Candidate& c, const Whitener& w, const Eigen::VectorXd& st
                 int iterations) const {
   Fit f;
   f.x = start;
+  // A step along a slope may leave the bounds (cohesion near 0), and Ceres refuses to begin there.
+  std::vector<std::array<double, 2>> bounds;
+  for (const Parameter& p : free_) bounds.push_back({p.lower, p.upper});
+  for (const Term& t : c.terms) bounds.push_back({t.lower, t.upper});
+  for (std::size_t i = 0; i < bounds.size(); ++i) {
+    double& x = f.x[static_cast<Eigen::Index>(i)];
+    x = std::clamp(x, bounds[i][0], bounds[i][1]);
+  }
   std::vector<double> near = theta;
   Eigen::VectorXd y;
-  if (!evaluate(c, start, near, y, nullptr)) return f;  // no wheel there: nothing to descend from
+  if (!evaluate(c, f.x, near, y, nullptr)) return f;  // no wheel there: nothing to descend from
   ceres::Problem problem;
   if (start.size() > 0)  // nothing free: a prediction
     problem.AddResidualBlock(new SeriesCost(*this, c, w, near), nullptr, f.x.data());
-  for (std::size_t i = 0; i < free_.size(); ++i) {
-    const SoilCoordinate& s = soil_coordinates()[static_cast<std::size_t>(free_[i])];
-    problem.SetParameterLowerBound(f.x.data(), static_cast<int>(i), s.lower);
-    problem.SetParameterUpperBound(f.x.data(), static_cast<int>(i), s.upper);
-  }
-  for (std::size_t t = 0; t < c.terms.size(); ++t) {
-    const int at = soil_parameters() + static_cast<int>(t);
-    problem.SetParameterLowerBound(f.x.data(), at, c.terms[t].lower);
-    problem.SetParameterUpperBound(f.x.data(), at, c.terms[t].upper);
+  for (std::size_t i = 0; i < bounds.size(); ++i) {
+    problem.SetParameterLowerBound(f.x.data(), static_cast<int>(i), bounds[i][0]);
+    problem.SetParameterUpperBound(f.x.data(), static_cast<int>(i), bounds[i][1]);
   }
   ceres::Solver::Options o;
   o.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
@@ -196,7 +204,12 @@ Fit Series::fit(const Candidate& c, const Whitener& w, const Eigen::VectorXd& st
   if (!evaluate(c, f.x, f.theta, y, &f.jacobian)) return f;
   f.residual = y_ - y;
   reweigh(f, w);
-  f.penalty = prior_penalty(f.x);
+  f.penalty = prior_penalty(c, f.x);
+  f.precision = Eigen::VectorXd::Zero(f.x.size());
+  for (int i = 0; i < soil_parameters(); ++i) f.precision[i] = 1 / (parameter(i).sd * parameter(i).sd);
+  for (std::size_t t = 0; t < c.terms.size(); ++t)
+    if (c.terms[t].sd > 0)
+      f.precision[soil_parameters() + static_cast<Eigen::Index>(t)] = 1 / (c.terms[t].sd * c.terms[t].sd);
   f.ok = std::isfinite(f.chi2);
   return f;
 }

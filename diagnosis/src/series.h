@@ -14,7 +14,16 @@ struct Term {
   int input = 0;                           ///< index into Inputs
   Eigen::VectorXd shape;                   ///< one per run; empty = 1
   double lower = 0, upper = 0, start = 0;  ///< of the amplitude; start: a size that shows
+  double sd = 0;                           ///< of a normal prior about 0; 0 = none
   double at(std::size_t run) const { return shape.size() ? shape[static_cast<Eigen::Index>(run)] : 1; }
+};
+
+/// What is refitted with every candidate: soil coordinates, then known effects, each under its prior.
+struct Parameter {
+  std::string name, unit;
+  bool logarithmic;
+  double lower, upper, mean, sd;
+  int input;  ///< index into Inputs
 };
 
 /// An amplitude that is not fitted.
@@ -33,19 +42,17 @@ struct Candidate {
   bool named() const { return !effects.empty(); }
 };
 
-/// Entries of effect_entries() that its terms move.
-std::vector<int> touched(const Candidate& c);
-
-/// Parameters: soil coordinates that have a prior, then amplitudes.
+/// Parameters: soil coordinates and known effects that have a prior, then amplitudes.
 struct Fit {
   bool ok = false;
   Eigen::VectorXd x;
   double chi2 = 0;     ///< whitened residuals
-  double penalty = 0;  ///< of the soil's priors
+  double penalty = 0;  ///< of the priors
   double objective() const { return chi2 + penalty; }
   Eigen::VectorXd residual;   ///< measured - model, unwhitened, in the layout's order
   Eigen::MatrixXd jacobian;   ///< d model/d x, unwhitened
   std::vector<double> theta;  ///< entry angle of each run
+  Eigen::VectorXd precision;  ///< 1/sd^2 of each parameter's prior; 0 = none
 };
 
 class Series {
@@ -55,20 +62,23 @@ class Series {
   const DataLayout& layout() const { return layout_; }
   const std::vector<Run>& runs() const { return runs_; }
   const DiagnosisCase& given() const { return case_; }
-  const std::vector<int>& free_soil() const { return free_; }
-  int soil_parameters() const { return static_cast<int>(free_.size()); }
+  const std::vector<Parameter>& parameters() const { return free_; }
+  const Parameter& parameter(Eigen::Index i) const { return free_[static_cast<std::size_t>(i)]; }
+  int soil_parameters() const { return static_cast<int>(free_.size()); }  ///< with the known effects that are refitted
 
   Eigen::VectorXd prior_mean() const;
-  std::array<double, soil_count> soil_of(const Eigen::VectorXd& x) const;
   Inputs inputs_of(const Candidate& c, const Eigen::VectorXd& x, std::size_t run) const;
   std::vector<Inputs> inputs(const Candidate& c, const Eigen::VectorXd& x) const;  ///< of every run
+
+  /// Entries of effect_entries() that its terms and the known effects move.
+  std::vector<int> touched(const Candidate& c) const;
 
   /// Outputs of every run in the layout's order. False: no answer for some run.
   bool predict(const Candidate& c, const Eigen::VectorXd& x, std::vector<double>& theta, Eigen::VectorXd& y) const;
   /// Slopes of the layout's values by all inputs at x.
   bool all_slopes(const Candidate& c, const Eigen::VectorXd& x, std::vector<double>& theta,
                   Eigen::MatrixXd& slopes) const;
-  /// Ceres, Levenberg-Marquardt with exact derivatives, from `start`, under bounds and priors.
+  /// Ceres, Levenberg-Marquardt with exact derivatives, under bounds and priors, from `start` moved inside the bounds.
   Fit fit(const Candidate& c, const Whitener& whitener, const Eigen::VectorXd& start, const std::vector<double>& theta,
           int iterations) const;
   /// Recomputes chi2 for other noise.
@@ -81,11 +91,11 @@ class Series {
   friend class SeriesCost;
   bool evaluate(const Candidate& c, const Eigen::VectorXd& x, std::vector<double>& theta, Eigen::VectorXd& y,
                 Eigen::MatrixXd* J) const;
-  double prior_penalty(const Eigen::VectorXd& x) const;
+  double prior_penalty(const Candidate& c, const Eigen::VectorXd& x) const;
   const DiagnosisCase& case_;
   std::vector<Run> runs_;
   DataLayout layout_;
-  std::vector<int> free_;
+  std::vector<Parameter> free_;
   Eigen::VectorXd y_;
 };
 

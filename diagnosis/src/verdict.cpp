@@ -1,24 +1,30 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <ctime>
 
 #include "cross_validation.h"
 #include "gain.h"
+#include "grouser/diagnosis/design.h"
 #include "grouser/diagnosis/diagnose.h"
 #include "grouser/terrain/config.h"
 #include "grouser/terrain/csv.h"
 #include "lack_of_fit.h"
+#include "needed.h"
 #include "next_experiment.h"
 #include "profile.h"
 #include "search.h"
+#include "statics.h"
+#include "told.h"
 
 namespace grouser::diagnosis {
 namespace {
 
 constexpr double gate_p = 0.01, conflict_z = 3, swallowing = 2.5, beyond_doubt = 20, normal_95 = 1.6448536269514722;
+constexpr double moved_z = 2, needed_rise = 20;  // a soil value that had to move, inside its prior
+constexpr double absurd = 6;                     // times the ordinary size of what a sensor does wrong
 
-Interval shown_interval(int entry, double amplitude, double low, double high, double sd) {
+/// `typical`: ordinary size of the amplitude.
+Interval shown_interval(int entry, double amplitude, double low, double high, double sd, double typical) {
   const EffectEntry& e = effect_entries()[static_cast<std::size_t>(entry)];
   const auto show = [&](double a) { return e.inverse ? (a > 0 ? 1 / a : INFINITY) : (e.off + a) * e.shown; };
   Interval i;
@@ -26,8 +32,15 @@ Interval shown_interval(int entry, double amplitude, double low, double high, do
   i.sd = e.inverse ? sd / std::max(amplitude * amplitude, 1e-12) : sd * e.shown;
   i.low = std::min(show(low), show(high)), i.high = std::max(show(low), show(high));
   i.unit = e.unit;
+  i.times_typical = std::abs(amplitude / typical);
   i.at_bound = e.off + amplitude <= e.lower + 1e-9 || e.off + amplitude >= e.upper - 1e-9;
   return i;
+}
+
+/// Ordinary size of a term: what the case states, else that of the list.
+double ordinary(int entry, const Term& t) {
+  const EffectEntry& e = effect_entries()[static_cast<std::size_t>(entry)];
+  return t.sd > 0 ? t.sd : std::abs(e.typical - e.off);
 }
 
 std::vector<Interval> amplitudes_of(const Search& s, const Rival& r) {
@@ -40,7 +53,7 @@ std::vector<Interval> amplitudes_of(const Search& s, const Rival& r) {
     const double a = r.fit.x[i], sd = std::sqrt(std::max(V(i, i), 0.0));
     const Term& t = r.candidate.terms[k];
     out.push_back(shown_interval(r.candidate.effects[k], a, std::max(a - normal_95 * sd, t.lower),
-                                 std::min(a + normal_95 * sd, t.upper), sd));
+                                 std::min(a + normal_95 * sd, t.upper), sd, ordinary(r.candidate.effects[k], t)));
   }
   return out;
 }
@@ -65,27 +78,14 @@ FittedModel model_of(const Search& s, const Fit& f) {
   for (std::size_t ch = 0; ch < channel_count; ++ch)
     m.rmse[ch] = count[ch] ? std::sqrt(sum[ch] / count[ch]) : std::numeric_limits<double>::quiet_NaN();
   for (int i = 0; i < series.soil_parameters(); ++i) {
-    const int which = series.free_soil()[static_cast<std::size_t>(i)];
-    const SoilCoordinate& k = soil_coordinates()[static_cast<std::size_t>(which)];
-    const SoilPrior& prior = series.given().soil[static_cast<std::size_t>(which)];
+    const Parameter& p = series.parameter(i);
     const double sd = std::sqrt(std::max(V(i, i), 0.0));
-    FittedValue v{k.logarithmic ? std::exp(f.x[i]) : f.x[i], sd, (f.x[i] - prior.mean) / prior.sd, k.unit};
-    if (k.logarithmic) v.sd *= v.value;
-    m.parameters[k.name] = v;
+    FittedValue v{p.logarithmic ? std::exp(f.x[i]) : f.x[i], sd, (f.x[i] - p.mean) / p.sd, p.unit};
+    v.sd_over_prior = sd / p.sd;
+    if (p.logarithmic) v.sd *= v.value;
+    m.parameters[p.name] = v;
   }
   return m;
-}
-
-std::string list_of(const std::vector<std::string>& ids) {
-  std::string out;
-  for (std::size_t i = 0; i < ids.size(); ++i) out += (i == 0 ? "" : i + 1 == ids.size() ? " or " : ", ") + ids[i];
-  return out;
-}
-
-std::string number(double x, int digits = 3) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.*g", digits, x);
-  return text;
 }
 
 /// Withheld runs and the others. "load_N=225" or "slip=0.3..0.7".
@@ -132,10 +132,23 @@ Split split(const RunTable& t, const std::vector<std::string>& withhold) {
   for (const Rule& rule : rules)
     if (!rule.used)
       throw ConfigError("--withhold", 0, 0,
-                        "no run has " + rule.column + " of " + number(rule.low) +
-                            (rule.high > rule.low ? " to " + number(rule.high) : ""));
+                        "no run has " + rule.column + " of " + short_number(rule.low) +
+                            (rule.high > rule.low ? " to " + short_number(rule.high) : ""));
   if (out.kept.empty()) throw ConfigError("--withhold", 0, 0, "every run is withheld; nothing is left to fit");
   return out;
+}
+
+/// Effects that the case knows, as given or as refitted with the soil.
+void add_known(const Search& s, const Fit& f, const Eigen::MatrixXd& V, std::map<std::string, Interval>& out) {
+  for (const KnownEffect& k : s.series().given().known) {
+    const int entry = entry_of(k.id);
+    const EffectEntry& e = effect_entries()[static_cast<std::size_t>(entry)];
+    double x = k.value, sd = 0;
+    for (int i = 0; i < s.series().soil_parameters(); ++i)
+      if (s.series().parameter(i).input == input_of_effect(entry)) x = f.x[i], sd = std::sqrt(std::max(V(i, i), 0.0));
+    out[k.id] = shown_interval(entry, x - e.off, std::max(x - normal_95 * sd, e.lower) - e.off,
+                               std::min(x + normal_95 * sd, e.upper) - e.off, sd, std::abs(e.typical - e.off));
+  }
 }
 
 /// Amplitudes of the extended model with profile intervals.
@@ -145,9 +158,10 @@ std::map<std::string, Interval> profiled(const Search& s, const Candidate& c, co
   for (std::size_t k = 0; k < c.effects.size(); ++k) {
     const auto i = s.series().soil_parameters() + static_cast<Eigen::Index>(k);
     const auto [low, high] = profile_interval(s, c, f, k);
-    out[effect_entries()[static_cast<std::size_t>(c.effects[k])].id] =
-        shown_interval(c.effects[k], f.x[i], low, high, std::sqrt(std::max(V(i, i), 0.0)));
+    out[effect_entries()[static_cast<std::size_t>(c.effects[k])].id] = shown_interval(
+        c.effects[k], f.x[i], low, high, std::sqrt(std::max(V(i, i), 0.0)), ordinary(c.effects[k], c.terms[k]));
   }
+  add_known(s, f, V, out);
   return out;
 }
 
@@ -180,6 +194,25 @@ Crossed cross(const Search& s, const Rival& named, Diagnosis& d) {
   return out;
 }
 
+/// Where nothing can be told yet: the runs that would separate most causes.
+void runs_to_begin_with(const Search& s, const RunTable& data, Diagnosis& d) {
+  RunTable plan = data;
+  plan.runs = s.series().runs();
+  for (std::size_t r = 0; r < plan.runs.size(); ++r) plan.runs[r].sd = s.stated_sd()[r];
+  const Design design = judge_design(s.series().given(), plan);
+  for (const DesignRun& run : design.add) {
+    NextExperiment e;
+    e.condition = run.condition;
+    for (const auto& cluster : design.clusters) e.decides.insert(e.decides.end(), cluster.begin(), cluster.end());
+    e.runs = run.repeats, e.cost = run.repeats;
+    e.chance =
+        design.alike_pairs > 0 ? 1 - static_cast<double>(run.alike_pairs) / static_cast<double>(design.alike_pairs) : 0;
+    d.next.push_back(e);
+    if (d.next.size() == 3) break;
+  }
+  d.notes.push_back("the chance of a next run is here the share of look-alike pairs of causes that it would separate");
+}
+
 }  // namespace
 
 Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vector<std::string>& withhold) {
@@ -192,6 +225,12 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
   s.run();
   d.rank_seconds = s.refit_seconds();
   d.nominal = model_of(s, s.nominal());
+  const Fit as_stated =
+      s.series().fit(nominal_candidate(), s.whitener(), s.series().prior_mean(), s.nominal().theta, 0);
+  if (as_stated.ok) d.stated = model_of(s, as_stated);
+  d.judged = judge_soil(c);
+  d.needed = needed_by_refit(s);
+  d.statics = statics_of(s);
   for (std::size_t k = 0; k < channel_count; ++k) d.noise_scale[k] = s.noise().scale[k];
   d.scatter_ln_k = s.noise().omega[0], d.scatter_phi = s.noise().omega[1];
   for (std::size_t r = 0; r < s.noise().weight.size(); ++r)
@@ -234,7 +273,8 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
     if (std::abs(v.prior_z) > conflict_z) conflict += (conflict.empty() ? "" : ", ") + name;
   bool any_visible = false;
   for (std::size_t i = 0; i < s.named_count(); ++i) any_visible = any_visible || s.scores().visible(i) > 3;
-  const bool poor = s.series().layout().size() < s.series().soil_parameters() + 3 || !any_visible;
+  const bool poor =
+      s.series().layout().size() < s.series().soil_parameters() + 3 || (!any_visible && s.named_count() > 0);
 
   // The noise found swallows what no account explains: with a stated sd that is a misfit.
   std::string swallowed;
@@ -242,7 +282,7 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
     if (data.stated_sd[k] && d.noise_scale[k] > swallowing) {
       swallowed += (swallowed.empty() ? "" : ", ") + std::string(channel_names()[k].short_name);
       d.notes.push_back("the noise of " + std::string(channel_names()[k].short_name) + " would have to be " +
-                        number(d.noise_scale[k], 2) + " times what is stated");
+                        short_number(d.noise_scale[k], 2) + " times what is stated");
     }
   const Candidate* extended = &none;
   const Fit* extended_fit = &s.nominal();
@@ -259,10 +299,24 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
       d.verdict = "parameter";
     else
       d.verdict = left.p < gate_p && s.mixture_bayes_factor() > decisive ? "unknown" : "adequate";
+    // Inside its prior, and yet the whole of the agreement hangs on it.
+    if (d.verdict == "adequate" && !d.needed.empty() && d.needed[0].held.size() == 1 &&
+        std::abs(d.needed[0].prior_z) > moved_z && d.needed[0].rise > needed_rise) {
+      d.verdict = "parameter";
+      conflict = d.needed[0].held[0];
+    }
   } else {
     const auto at_bound = [&](const Rival& r) {
       for (const Interval& i : amplitudes_of(s, r))
         if (i.at_bound) return true;
+      return false;
+    };
+    const auto beyond_belief = [&](const Rival& r) {
+      const std::vector<Interval> sizes = amplitudes_of(s, r);
+      for (std::size_t i = 0; i < sizes.size(); ++i)
+        if (effect_entries()[static_cast<std::size_t>(r.candidate.effects[i])].is_map &&
+            sizes[i].times_typical > absurd)
+          return true;
       return false;
     };
     const auto first = [&](std::size_t size) -> const Rival* {
@@ -300,6 +354,10 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
       if (alone && at_bound(*named)) {
         d.verdict = "unknown";
         d.notes.push_back(named->candidate.id + " would follow the runs, but only at the bound of what is physical");
+      } else if (std::all_of(group.begin(), group.end(), [&](const Rival* r) { return beyond_belief(*r); })) {
+        d.verdict = "unknown";
+        d.notes.push_back(named->candidate.id + " would follow the runs, but more than " + short_number(absurd) +
+                          " times as large as such errors are");
       } else if (alone) {
         const Crossed x = cross(s, *named, d);
         d.verdict = x.agrees ? "named" : "class";
@@ -346,6 +404,7 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
     }
     d.parameters = profiled(s, *extended, *extended_fit);
   }
+  if (!declared) add_known(s, s.nominal(), s.covariance(s.nominal()), d.parameters);
   d.extended = model_of(s, *extended_fit);
   const bool ordered = data.has_order || data.has_time;
   d.nominal.tests = lack_of_fit(s, s.nominal(), s.remainder(none, s.nominal()), ordered);
@@ -353,44 +412,46 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
       lack_of_fit(s, *extended_fit, extended->named() ? left : s.remainder(*extended, *extended_fit), ordered);
   if (d.verdict == "class" || d.verdict == "undecidable" || d.verdict == "unknown")
     d.next = next_experiments(s, group_ids);
+  if (d.verdict == "undecidable" && d.next.empty()) runs_to_begin_with(s, data, d);
   if (!parts.withheld.empty()) d.gain = gain_on(s, *extended, *extended_fit, parts.withheld, withhold);
 
-  const std::string odds = rivals.size() > 1 && best && rivals[1].posterior > 0
-                               ? number(best->posterior / std::max(rivals[1].posterior, 1e-12), 2)
-                               : "many";
+  // The next that is not this cause with a trace of a second.
+  double second = 0;
+  for (const Rival& r : rivals) {
+    const auto& effects = r.candidate.effects;
+    const bool nested = best && std::all_of(best->candidate.effects.begin(), best->candidate.effects.end(), [&](int e) {
+                          return std::find(effects.begin(), effects.end(), e) != effects.end();
+                        });
+    if (!nested || !r.candidate.named()) second = std::max(second, r.posterior);
+  }
+  second = std::max(second, s.posterior_none());
+  std::string cause;
   if (d.verdict == "named")
-    d.sentence = "The cause of the misfit is " + d.cause + " (odds " + odds + ":1 over the next).";
+    cause = "The cause of the misfit is " + d.cause + " (odds " +
+            (second > 0 ? short_number(best->posterior / std::max(second, 1e-12), 2) : "many") + ":1 over the next).";
   else if (d.verdict == "class")
-    d.sentence = d.members.size() > 1
-                     ? "The misfit is real, but these runs cannot tell " + list_of(d.members) + " apart."
-                     : "The misfit is real and " + list_of(d.members) +
-                           " accounts for it, but these runs do not rule out something that is not in the list.";
+    cause = d.members.size() > 1
+                ? "The misfit is real, but these runs cannot tell " + list_of(d.members) + " apart."
+                : "The misfit is real and " + list_of(d.members) +
+                      " accounts for it, but these runs do not rule out something that is not in the list.";
   else if (d.verdict == "unknown")
-    d.sentence =
+    cause =
         d.unknown_variable.empty()
             ? !declared ? "No known cause explains why " + swallowed + " is missed by far more than its stated error."
-                        : "None of the known causes alone accounts for the misfit within its physical bounds."
-            : "None of the known causes fits: " + d.unknown_through + " changes with " + d.unknown_variable +
+              : left.p < gate_p && !left.id.empty()
+                  ? "The likeliest known cause, " + best->candidate.id + ", leaves something over that looks like " +
+                        left.id + " (p = " + short_number(left.p, 1) + "): nothing is named."
+                  : "None of the known causes accounts for the misfit at a size that it can have."
+            : (s.named_count() > 0 ? "None of the known causes fits: " : "No cause was considered: ") +
+                  d.unknown_through + " changes with " + d.unknown_variable +
                   " in a way that no entry of the library has.";
   else if (d.verdict == "parameter")
-    d.sentence = "The model follows the runs only with soil values outside their priors: " + conflict + ".";
+    cause = "The model follows the runs only where soil values leave what the case says of them: " + conflict + ".";
   else if (d.verdict == "undecidable")
-    d.sentence = "The runs are too few or too noisy to tell anything apart.";
+    cause = "The runs are too few or too noisy to tell anything apart.";
   else
-    d.sentence = "The model with refitted soil follows the runs within their noise.";
-  for (std::size_t k = 0; k < channel_count; ++k) {
-    if (!data.measured[k]) continue;
-    const double scale = k == 2 ? 1000 : 1;
-    d.sentence += std::string(k == 0 ? " Error" : ";") + " of " + channel_names()[k].short_name + " " +
-                  number(d.nominal.rmse[k] * scale) +
-                  (d.verdict == "adequate" ? "" : " to " + number(d.extended.rmse[k] * scale)) +
-                  (k == 2 ? " mm" : std::string(" ") + channel_names()[k].unit);
-  }
-  d.sentence += ".";
-  if (d.gain)
-    d.sentence += " On runs never used (" + list_of(d.gain->withheld) + ") the error falls to " +
-                  number(d.gain->rmse_ratio) + " of the nominal [" + number(d.gain->low) + ", " + number(d.gain->high) +
-                  "].";
+    cause = "The model with refitted soil follows the runs within their noise.";
+  d.sentence = told(d, data, cause);
   d.total_seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   return d;
 }

@@ -110,8 +110,8 @@ Fitted fitted_rival(const json& answer, const std::string& csv, const std::strin
 }
 
 /// Error of an amplitude read on the bench.
-double bench_error(Id id, const Eigen::Vector3d& sd) {
-  const Eigen::Vector3d read = 0.5 * sd;  // four readings
+double bench_error(Id id, const Eigen::Vector3d& sd, int readings) {
+  const Eigen::Vector3d read = sd / std::sqrt(static_cast<double>(readings));
   switch (id) {
     case Id::torque_offset:
       return read[1];
@@ -157,11 +157,11 @@ std::optional<double> separation(const json& answer, const std::string& csv, con
 }
 
 std::optional<double> bench_separation(const json& answer, const std::string& csv, const std::string& rival,
-                                       const std::string& checked) {
+                                       const std::string& checked, int readings) {
   const Id id = effect(checked).id;
   try {
     const Fitted f = fitted_rival(answer, csv, rival);
-    const double error = bench_error(id, f.noise.sd), x = std::abs(f.truth[id]) + std::abs(f.rival.x[id]);
+    const double error = bench_error(id, f.noise.sd, readings), x = std::abs(f.truth[id]) + std::abs(f.rival.x[id]);
     if (!std::isfinite(error) || x == 0) return {};
     return x / error;
   } catch (const std::runtime_error&) {

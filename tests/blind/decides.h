@@ -16,9 +16,9 @@ std::optional<double> separation(const nlohmann::json& answer, const std::string
                                  const nlohmann::json& condition, int runs = kDecidingRuns);
 
 /// The same for a bench check of the sensor effect `checked`, which is the truth or the rival: the amplitude that is there (true, or of
-/// the fitted rival) over the error of four readings at 225 N, 0.9 rad/s, 100 N of pull, 15 N m; balance and rolled way to
+/// the fitted rival) over the error of that many readings at 225 N, 0.9 rad/s, 100 N of pull, 15 N m; balance and rolled way to
 /// 0.2 %, level to 0.1 deg. Nothing when `checked` is neither, or no sensor effect.
 std::optional<double> bench_separation(const nlohmann::json& answer, const std::string& csv, const std::string& rival,
-                                       const std::string& checked);
+                                       const std::string& checked, int readings = 4);
 
 }  // namespace blind

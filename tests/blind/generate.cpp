@@ -319,6 +319,10 @@ MadeSet make_set(const GenerateOptions& options, const std::string& family, int 
             {"top", o.top}, {"ln_over_next", o.ln_over_next}, {"names", o.would_name && together.size() < 2}};
         a["gain"] = gain_of(wheel, priors, truth, x, runs, y, training, draw.noise);
       }
+      if (options.with_oracle && family == "pair") {
+        const PairAnswer o = pair_oracle(wheel, priors, training, truth, x);
+        a["oracle"] = {{"top", o.top}, {"ln_over_next", o.ln_over_next}, {"first", o.first}, {"names", o.would_name}};
+      }
       return out;
     } catch (const std::runtime_error&) {
       continue;  // a draw without a wheel somewhere: drawn again

@@ -17,7 +17,7 @@ constexpr const char* kUse =
     "blind generate --plan slip|slip_load|full|confounded --n N --seed TEXT --out DIR [--answers FILE] [--family NAME] "
     "[--oracle no]\n"
     "blind run      --sets DIR --grouser COMMAND --results DIR [--jobs N] [--limit N] [--timeout SECONDS]\n"
-    "blind score    --sets DIR --answers FILE --results DIR [--json FILE]\n";
+    "blind score    --sets DIR[,DIR] --answers FILE[,FILE] --results DIR[,DIR] [--json FILE]\n";
 
 std::map<std::string, std::string> options(int count, char** words, const std::map<std::string, bool>& known) {
   std::map<std::string, std::string> out;

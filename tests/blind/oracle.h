@@ -21,6 +21,17 @@ struct OracleAnswer {
 OracleAnswer oracle(const Wheel& wheel, const Priors& priors, const std::vector<Observation>& noisy,
                     const SoilVector& truth, const Amplitudes& hidden);
 
+/// The same for two effects at once: every pair of the library by the slopes of its effects alone, the best 16 and the true one again with
+/// the fingerprints that the two have beside each other (at the true amplitudes, at the estimated ones for rivals).
+struct PairAnswer {
+  std::string top;          ///< "a+b"
+  bool first = false;       ///< the true pair is the best
+  double ln_over_next = 0;  ///< over the next pair and the best single effect
+  bool would_name = false;  ///< by 10:1
+};
+PairAnswer pair_oracle(const Wheel& wheel, const Priors& priors, const std::vector<Observation>& noisy,
+                       const SoilVector& truth, const Amplitudes& hidden);
+
 /// Library effects whose fingerprint over these runs is proportional to the hidden one to 1e-7, with an amplitude that
 /// physics allows;
 /// the hidden one included. More than one: no data of this plan can tell them apart.

@@ -109,6 +109,35 @@ std::vector<double> gains(const std::vector<Scored>& sets) {
   return out;
 }
 
+struct PairRates {
+  const char* name;
+  Tally exact, first, in_class, oracle_first, oracle_names;
+};
+/// Pairs of the engine beside the oracle: named, put first among all accounts, both in the class that was given.
+std::vector<PairRates> pair_rates(const std::vector<Scored>& sets) {
+  std::vector<PairRates> out{{"d 6 each", {}, {}, {}, {}, {}},
+                             {"d 10 each", {}, {}, {}, {}, {}},
+                             {"both d >= 6 beside the other", {}, {}, {}, {}, {}}};
+  for (const Scored& s : sets) {
+    const View v{s};
+    if (!s.said.present || v.family() != "pair" || !s.answer.contains("oracle")) continue;
+    const std::set<std::string> truth = v.truth();
+    const bool among = std::all_of(truth.begin(), truth.end(), [&](const std::string& id) {
+      return std::find(s.said.klass.begin(), s.said.klass.end(), id) != s.said.klass.end();
+    });
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      if (i == 2 ? !v.apart() : (v.d() < 7.7) != (i == 0)) continue;
+      out[i].exact.add(v.right());
+      out[i].first.add(ids_of(json(s.said.top)) == truth);
+      out[i].in_class.add(v.right() || (s.said.verdict == "class" && among));
+      out[i].oracle_first.add(s.answer.at("oracle").at("first").get<bool>());
+      out[i].oracle_names.add(s.answer.at("oracle").at("first").get<bool>() &&
+                              s.answer.at("oracle").at("names").get<bool>());
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<Bar> bars(const std::vector<Scored>& sets) {
@@ -208,6 +237,14 @@ std::string details(const std::vector<Scored>& sets) {
                        top.rate(), oracle.rate(), oracle.yes > 0 ? static_cast<double>(top.yes) / oracle.yes : 0.0,
                        named.rate(), would.rate());
   }
+  out += fmt::format("\n{:<26}{:>6}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}\n", "pairs", "n", "exact", "first", "in class",
+                     "oracle", "oracle", "exact/");
+  out +=
+      fmt::format("{:<26}{:>6}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}\n", "", "", "named", "", "", "first", "names", "oracle");
+  for (const PairRates& p : pair_rates(sets))
+    out += fmt::format("{:<26}{:>6}{:>9.3f}{:>9.3f}{:>9.3f}{:>9.3f}{:>9.3f}{:>9.3f}\n", p.name, p.exact.n,
+                       p.exact.rate(), p.first.rate(), p.in_class.rate(), p.oracle_first.rate(), p.oracle_names.rate(),
+                       p.oracle_names.yes > 0 ? static_cast<double>(p.exact.yes) / p.oracle_names.yes : 0.0);
   out += "\nsingle effects not put first (d >= 8):\n";
   for (const Scored& s : sets) {
     const View v{s};
@@ -226,7 +263,7 @@ struct Experiments {
 };
 
 /// The first recommendation for every class that holds the truth: the number of runs it asks for (12 at most), or its bench check.
-Experiments experiments_of(const std::vector<Scored>& sets, const std::string& folder) {
+Experiments experiments_of(const std::vector<Scored>& sets) {
   Experiments out;
   for (const Scored& s : sets) {
     const View v{s};
@@ -253,9 +290,10 @@ Experiments experiments_of(const std::vector<Scored>& sets, const std::string& f
           rival = id.get<std::string>();
     std::optional<double> length, four;
     try {
-      const std::string csv = read_text(folder + "/" + s.answer.at("set").get<std::string>() + "/data.csv");
+      const std::string csv = read_text(s.folder + "/" + s.answer.at("set").get<std::string>() + "/data.csv");
       if (first.contains("bench_effect"))
-        length = bench_separation(s.answer, csv, rival, first.at("bench_effect").get<std::string>());
+        length = bench_separation(s.answer, csv, rival, first.at("bench_effect").get<std::string>(),
+                                  std::clamp(first.value("runs", 4), 4, 16));
       else {
         const int runs = std::clamp(first.value("runs", kDecidingRuns), 1, 12);
         four = separation(s.answer, csv, rival, first.value("condition", json()));
@@ -276,8 +314,21 @@ Experiments experiments_of(const std::vector<Scored>& sets, const std::string& f
 
 }  // namespace
 
-std::string score(const std::string& sets, const std::string& answers, const std::string& results,
-                  const std::string& json_file) {
+namespace {
+
+std::vector<std::string> listed(const std::string& text) {
+  std::vector<std::string> out(1);
+  for (const char c : text)
+    if (c == ',')
+      out.emplace_back();
+    else
+      out.back() += c;
+  return out;
+}
+
+/// One folder of sets with its answers, both as they were sealed.
+json add_sealed(const std::string& sets, const std::string& answers, const std::string& results,
+                std::vector<Scored>& all) {
   const std::string sealed = read_text(answers);
   const json manifest = json::parse(read_text(sets + "/manifest.json"));
   if (manifest.at("answers_digest") != digest(sealed))
@@ -288,16 +339,32 @@ std::string score(const std::string& sets, const std::string& answers, const std
     if (s.at("data") != digest(read_text(folder + "/data.csv")))
       throw std::runtime_error(fmt::format("{}/data.csv was changed", folder));
   }
-  std::vector<Scored> all;
   const json truth = json::parse(sealed);
-  for (const json& a : truth.at("sets")) all.push_back({a, read_said(results + "/" + a.at("set").get<std::string>())});
+  for (const json& a : truth.at("sets"))
+    all.push_back({a, read_said(results + "/" + a.at("set").get<std::string>()), sets});
+  return manifest;
+}
+
+}  // namespace
+
+std::string score(const std::string& sets, const std::string& answers, const std::string& results,
+                  const std::string& json_file) {
+  const auto folders = listed(sets), sealed = listed(answers), said = listed(results);
+  if (folders.size() != sealed.size() || folders.size() != said.size())
+    throw std::runtime_error("as many folders of sets as of answers and results");
+  std::vector<Scored> all;
+  std::string plans, seeds;
+  for (std::size_t i = 0; i < folders.size(); ++i) {
+    const json manifest = add_sealed(folders[i], sealed[i], said[i], all);
+    plans += (i > 0 ? ", " : "") + manifest.at("plan").get<std::string>();
+    seeds += (i > 0 ? ", " : "") + manifest.at("seed").get<std::string>();
+  }
   std::vector<Bar> table = bars(all);
-  const Experiments experiments = experiments_of(all, sets);
+  const Experiments experiments = experiments_of(all);
   table.push_back(rate_bar("recommended experiment decides", 0.90, 1, experiments.as_stated));
   table.push_back(rate_bar("  runs on soil alone", 0.90, 1, experiments.runs_only));
   table.push_back(rate_bar("  runs on soil alone, never more than four", 0.90, 1, experiments.with_four));
-  std::string out = fmt::format("plan {}, seed '{}', {} sets\n\n{:<44}{:>6}{:>10}  {:<18}{:<16}\n",
-                                manifest.at("plan").get<std::string>(), manifest.at("seed").get<std::string>(),
+  std::string out = fmt::format("plan {}, seed '{}', {} sets\n\n{:<44}{:>6}{:>10}  {:<18}{:<16}\n", plans, seeds,
                                 all.size(), "bar", "n", "figure", "90 % interval", "wanted");
   json rows = json::array();
   for (const Bar& b : table) {
@@ -323,7 +390,20 @@ std::string score(const std::string& sets, const std::string& answers, const std
   if (absent > 0)
     out += fmt::format("{} of {} sets have no diagnosis.json: they are in no figure above\n", absent, all.size());
   out += details(all);
-  if (!json_file.empty()) write_text(json_file, json({{"seed", manifest.at("seed")}, {"bars", rows}}).dump(1) + "\n");
+  json pairs = json::array();
+  for (const PairRates& p : pair_rates(all))
+    pairs.push_back({{"pairs", p.name},
+                     {"n", p.exact.n},
+                     {"exact", p.exact.rate()},
+                     {"first", p.first.rate()},
+                     {"in_class", p.in_class.rate()},
+                     {"oracle_first", p.oracle_first.rate()},
+                     {"oracle_names", p.oracle_names.rate()}});
+  if (!json_file.empty())
+    write_text(
+        json_file,
+        json({{"plans", plans}, {"seeds", seeds}, {"sets", all.size()}, {"bars", rows}, {"pairs", pairs}}).dump(1) +
+            "\n");
   return out;
 }
 

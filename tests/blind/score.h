@@ -19,6 +19,7 @@ struct Bar {
 struct Scored {
   nlohmann::json answer;
   Said said;
+  std::string folder;  ///< of the sets
 };
 
 /// All bars of the evaluation from answers and what was said; the experiments are not simulated here (decides.h).
@@ -28,7 +29,7 @@ std::vector<Bar> bars(const std::vector<Scored>& sets);
 std::string details(const std::vector<Scored>& sets);
 
 /// Checks the seal (manifest against answers), reads every result and returns the table as text; `json_file` not
-/// empty: also written there.
+/// empty: also written there. Several folders of sets in one table: lists with commas, in the same order.
 /// Throws std::runtime_error when the answers are not those of the sets.
 std::string score(const std::string& sets, const std::string& answers, const std::string& results,
                   const std::string& json_file);

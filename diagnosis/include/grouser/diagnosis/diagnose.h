@@ -15,6 +15,7 @@ struct Interval {
   double value = 0, sd = 0, low = 0, high = 0;  ///< 90 %, in `unit`
   std::string unit;
   bool at_bound = false;
+  double times_typical = 0;  ///< size of the amplitude over its ordinary size
 };
 
 /// A candidate as the ranking shows it.
@@ -31,6 +32,7 @@ struct Ranked {
 struct FittedValue {
   double value = 0, sd = 0, prior_z = 0;
   std::string unit;
+  double sd_over_prior = 1;  ///< 1: these runs say nothing of it
 };
 
 /// A test of what a fit leaves over.
@@ -66,6 +68,30 @@ struct Gain {
   int runs = 0;
 };
 
+/// What a refit needed: the rise of its objective when one soil value is held at its prior mean and the others are refitted.
+struct Needed {
+  std::vector<std::string> held;
+  double rise = 0;
+  double prior_z = 0;  ///< of the first, where it is free
+  std::array<double, channel_count> rmse{};
+};
+
+/// A soil value from elsewhere under the priors of the case.
+struct JudgedValue {
+  std::string name, unit;
+  double value = 0, prior = 0, z = 0;
+};
+
+/// One row against statics, whatever the soil: S = T/r acts at theta = asin(S/hypot(W, F)) - atan2(F, W) on the arc of contact, which begins
+/// at theta_f = acos(1 - z/r); N = W cos theta - F sin theta; friction = S/N. Torque about the axle without bearing friction, theta_r small.
+struct RowStatics {
+  int line = 0;
+  double slip = 0, load = 0, theta = 0, theta_f = 0, friction = 0;
+  double theta_sd = 0, friction_sd = 0;  ///< of theta - theta_f and of friction, by the errors found
+  bool outside = false;                  ///< pushed from outside its contact, by 3 sd
+  bool slides = false;                   ///< more friction than the soil has (phi and c at 2 prior sd), by 3 sd
+};
+
 struct Diagnosis {
   std::string verdict;  ///< adequate | parameter | named | class | unknown | undecidable
   std::string cause;
@@ -74,7 +100,11 @@ struct Diagnosis {
   std::map<std::string, Interval> parameters;
   std::string unknown_variable, unknown_through;
   std::vector<std::array<double, 2>> unknown_curve;  ///< variable, change of the parameter
+  std::optional<FittedModel> stated;  ///< as the case has it, nothing refitted; nothing where it carries no wheel
   FittedModel nominal, extended;
+  std::vector<Needed> needed;  ///< largest rise first
+  std::vector<JudgedValue> judged;
+  std::vector<RowStatics> statics;
   std::optional<Gain> gain;
   std::vector<NextExperiment> next;
   std::vector<int> suspect_lines;
@@ -93,7 +123,7 @@ struct Diagnosis {
 /// Deterministic. @throws ConfigError for the options and for data that no parameter set of the model can follow.
 Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vector<std::string>& withhold);
 
-/// extended.yaml: the case with the values found; amplitudes of the model under `model_effects`, of the rig under `measurement`.
+/// extended_case.yaml: the case with the values found, soil held, amplitudes of model and rig under `known_effects`. It is read as a case.
 std::string extended_case_text(const Diagnosis& d, const DiagnosisCase& c);
 
 }  // namespace grouser::diagnosis

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,12 @@ struct SoilPrior {
   double mean = 0, sd = 0;  ///< of the coordinate; sd 0 = held fixed
 };
 
+/// An effect that belongs to the nominal model: its amplitude, and its sd where it is refitted with the soil (0: held).
+struct KnownEffect {
+  std::string id;
+  double value = 0, sd = 0;  ///< as the effect's formula has it (1/H for hard_pan, rad for bed_slope)
+};
+
 /// CASE.yaml.
 struct DiagnosisCase {
   std::filesystem::path file;
@@ -40,6 +47,11 @@ struct DiagnosisCase {
   double mass = 0;  ///< [kg]
   std::array<SoilPrior, soil_count> soil{};
   std::vector<std::string> effects;  ///< ids considered
+  std::vector<KnownEffect> known;
+  std::map<std::string, double>
+      amplitude_sd;  ///< of amplitudes whose ordinary size is stated: normal about "no effect"
+  std::array<std::optional<double>, soil_count>
+      judged;  ///< soil to be held against the priors, in the fitted coordinate
 };
 /// @throws ConfigError with every error of the file.
 DiagnosisCase read_case(const std::filesystem::path& yaml);
