@@ -175,6 +175,32 @@ void add_meshes(Reader& r, json& out) {
   out["meshes"] = std::move(meshes);
 }
 
+/// Grains near the wheels, as they were every few frames.
+void add_points(Reader& r, json& out) {
+  constexpr std::size_t most_sets = 200;
+  std::vector<std::pair<double, std::string>> sets;
+  for (const ChannelSpec& s : r.file.statics())
+    if (s.name.starts_with("points.") && !ends_with(s.name, ".time"))
+      if (const auto t = r.scalar(s.name + ".time"); !t.empty()) sets.push_back({t.front(), s.name});
+  if (sets.empty()) return;
+  std::sort(sets.begin(), sets.end());
+  const std::size_t stride = (sets.size() + most_sets - 1) / most_sets;
+  std::vector<double> time;
+  json frames = json::array();
+  for (std::size_t k = 0; k < sets.size(); k += stride) {
+    const std::vector<double> x = r.file.read(sets[k].second);
+    json frame = json::array();
+    for (std::size_t c = 0; c < 4; ++c) {
+      std::vector<double> part;
+      for (std::size_t i = c; i < x.size(); i += 4) part.push_back(x[i]);
+      frame.push_back(r.pack.add(part));
+    }
+    time.push_back(sets[k].first);
+    frames.push_back(std::move(frame));
+  }
+  out["points"] = {{"time", r.pack.add_fixed(time, 1e-6)}, {"frames", std::move(frames)}};
+}
+
 void add_spectrum(Reader& r, json& out) {
   const auto a = r.scalar("vehicle.vertical_acceleration");
   if (a.size() < 64) return;
@@ -320,6 +346,7 @@ json run_section(const std::filesystem::path& folder, Pack& pack) {
   add_channels(r, out);
   add_ground(r, out);
   add_meshes(r, out);
+  add_points(r, out);
   add_spectrum(r, out);
   add_summary(r, out);
   add_warnings(r, out);

@@ -9,6 +9,7 @@
 #include "option_text.h"
 #include "progress.h"
 #include "report.h"
+#include "rig_csv.h"
 
 namespace grouser::app {
 
@@ -50,6 +51,7 @@ int rig(const RigArguments& a) {
     line.update(a.rig.stem().string(), done, total, wall, "s");
   };
   const vehicle::RigSummary s = vehicle::run_rig(a.rig, all_models(), o);
+  if (a.csv) write_rig_csv(s.folder);
   print_rows(s);
   print_errors(s);
   for (const std::string& n : s.notices) fmt::print("note: {}\n", n);

@@ -26,7 +26,7 @@ struct RigArguments {
   std::string integrator = "fixed";
   std::vector<std::string> slips;  ///< numbers or percentages
   int threads = 1;
-  bool overwrite = false, no_report = false, quiet = false;
+  bool overwrite = false, no_report = false, quiet = false, csv = false;
 };
 int rig(const RigArguments& a);
 

@@ -41,7 +41,9 @@ std::optional<FileKind> kind_without_title(const ConfigNode& root) {
 std::optional<FileKind> kind_of(const ConfigNode& root) {
   const auto with = [&](bool command) -> std::optional<FileKind> {
     for (const FileKind& k : kinds)
-      if ((k.command != nullptr) == command && root.has(k.key)) return k;
+      // A soil may have a section dem; a case of grains has no soil.
+      if ((k.command != nullptr) == command && root.has(k.key) && !(std::string(k.key) == "dem" && root.has("soil")))
+        return k;
     return std::nullopt;
   };
   if (const auto k = with(true)) return k;

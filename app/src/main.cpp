@@ -93,6 +93,7 @@ int parse_and_run(int argc, char** argv) {
   rig_cmd->add_option("--out", rig_args.out, "folder for the results (default runs/<rig>-<terrain>)");
   rig_cmd->add_option("--threads", rig_args.threads, "cases at the same time")->check(CLI::Range(1, 1024));
   rig_cmd->add_flag("--overwrite", rig_args.overwrite, "replace the results of an earlier run");
+  rig_cmd->add_flag("--csv", rig_args.csv, "also series.csv of every case: time, forces, sinkage");
   rig_cmd->add_flag("--no-report", rig_args.no_report, "do not write report.html");
   rig_cmd->add_flag("--quiet", rig_args.quiet, "no progress line");
   rig_cmd->callback([&] { code = rig(rig_args); });

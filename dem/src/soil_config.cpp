@@ -112,6 +112,18 @@ SoilSettings read_soil(const ConfigNode& node, const SoilSettings* base) {
       q.gamma_t = p.gamma_t;
     }
   }
+  if (node.has("wheel")) {
+    // What it does not name is as between two grains.
+    const ConfigNode w = node.map("wheel");
+    const Reader wheel(w, true);
+    PairProperties q = s.wheel.value_or(p);
+    wheel.value("friction", q.friction, "1", friction_range);
+    wheel.value("restitution", q.restitution, "1", restitution_range);
+    wheel.value("rolling_coefficient", q.rolling, rolling_unit(s.law.rolling), Range::non_negative());
+    wheel.value("cohesion", q.cohesion, "J/m^3", Range::non_negative());
+    w.finish();
+    s.wheel = q;
+  }
   in.one_of("cap", s.law.cap, caps, true);
   in.one_of("tangential_stiffness", s.law.tangential, stiffnesses, true);
   in.one_of("damping", s.law.damping, dampings, true);

@@ -16,8 +16,10 @@ constexpr int kRelaxed =
 
 Packing relaxed_packing(const SoilSettings& soil, const BrickSettings& s) {
   PourSettings p;
-  p.lx = p.ly = s.side;
+  p.lx = s.nx * s.side;
+  p.ly = s.ny * s.side;
   p.height = s.height;
+  p.compaction = s.compaction;
   std::string inputs = inputs_text(soil) + inputs_text(p);
   put_line(inputs, "relaxed", kRelaxed);
   const std::filesystem::path file = s.cache / (hash_text(inputs) + ".h5");
@@ -38,19 +40,28 @@ Packing relaxed_packing(const SoilSettings& soil, const BrickSettings& s) {
 SphereBrick from_packing(const Packing& p, const BrickSettings& s) {
   if (p.walls) throw DemError("the bed was poured into a box; dem.sphere needs a periodic one");
   SphereBrick b;
-  b.grains = p.grains;
-  b.lx = p.lx;
-  b.ly = p.ly;
+  const bool given = !s.bed.empty();
+  b.nx = given ? std::max(1, static_cast<int>(std::lround(p.lx / s.side))) : s.nx;
+  b.ny = given ? std::max(1, static_cast<int>(std::lround(p.ly / s.side))) : s.ny;
+  b.lx = p.lx / b.nx;
+  b.ly = p.ly / b.ny;
   b.height = p.height;
   b.hash = hash_text(p.inputs);
-  for (GrainState& g : b.grains) {
+  b.parts.resize(static_cast<std::size_t>(b.nx) * static_cast<std::size_t>(b.ny));
+  for (GrainState g : p.grains) {
     if (g.frozen) throw DemError("the bed has frozen grains; dem.sphere needs one without");
-    // No rounding of the solver may take a grain into the next tile.
+    std::size_t at[2];
+    // No rounding of the solver may take a grain into the next brick.
     for (int k = 0; k < 2; ++k) {
       const double l = k == 0 ? b.lx : b.ly;
-      g.x[k] = std::clamp(g.x[k] - l * std::floor(g.x[k] / l), 1e-8, l - 1e-8);
+      const int n = k == 0 ? b.nx : b.ny;
+      const double x = g.x[k] - n * l * std::floor(g.x[k] / (n * l));
+      const int brick = std::clamp(static_cast<int>(x / l), 0, n - 1);
+      at[k] = static_cast<std::size_t>(brick);
+      g.x[k] = std::clamp(x - brick * l, 1e-8, l - 1e-8);
     }
     g.v = g.w = Vec3::Zero();
+    b.parts[at[0] * static_cast<std::size_t>(b.ny) + at[1]].push_back(g);
     b.largest = std::max(b.largest, 2 * g.radius);
     b.top = std::max(b.top, g.x[2] + g.radius);
   }
@@ -69,10 +80,14 @@ SphereBrick from_packing(const Packing& p, const BrickSettings& s) {
   double low = -b.largest, high = b.largest;
   for (int k = 0; k < 40; ++k) {
     const double lift = 0.5 * (low + high);
-    std::vector<GrainState> below;
-    for (const GrainState& g : b.grains)
-      if (g.x[2] <= s.level + lift) below.push_back(g);
-    (surface_height(below, b.lx, b.ly, b.largest) < s.level ? low : high) = lift;
+    double mean = 0;
+    for (const std::vector<GrainState>& part : b.parts) {
+      std::vector<GrainState> below;
+      for (const GrainState& g : part)
+        if (g.x[2] <= s.level + lift) below.push_back(g);
+      mean += surface_height(below, b.lx, b.ly, b.largest) / static_cast<double>(b.parts.size());
+    }
+    (mean < s.level ? low : high) = lift;
   }
   b.lift = 0.5 * (low + high);
   return b;
@@ -82,7 +97,8 @@ SphereBrick from_packing(const Packing& p, const BrickSettings& s) {
 
 std::shared_ptr<const SphereBrick> sphere_brick(const SoilSettings& soil, const BrickSettings& s) {
   std::string key = inputs_text(soil) + s.bed.string() + '|' + s.cache.string();
-  for (const double x : {s.side, s.height, s.level}) put_line(key, "", x);
+  for (const double x : {s.side, s.height, s.level, static_cast<double>(s.nx), static_cast<double>(s.ny), s.compaction})
+    put_line(key, "", x);
   // Terrains of one process that want the same brick wait for the first of them.
   static std::mutex lock;
   static std::map<std::string, std::shared_ptr<const SphereBrick>> known;

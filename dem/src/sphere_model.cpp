@@ -5,8 +5,10 @@
 
 #include "grouser/dem/soil_config.h"
 #include "grouser/dem/sphere.h"
+#include "grouser/terrain/soil_points.h"
 #include "grouser/terrain/wheel_motion.h"
 #include "packing.h"
+#include "sphere_averages.h"
 #include "sphere_wheel.h"
 
 namespace grouser::dem {
@@ -18,20 +20,32 @@ constexpr const char* kDefaults =
 depth: 60 mm             # [m] > 0 soil below the surface; below it grains are frozen
 relief: 20 mm            # [m] >= 0 how far the ground may lie above or below its datum; poured once, not simulated
 datum: auto              # [m] height of the ground that soil is poured for; auto: middle of the ground under the wheels at the start
-brick: auto              # [m] side of the square brick that is poured and tiles the world; auto: six of the largest grains
+brick: auto              # [m] side of the square bricks in which soil comes and goes; auto: six of the largest grains
+period: auto             # [m] length along x and width along y of the packing that is poured, then it repeats, whole bricks; auto: [12 bricks, 4 bricks]
+compaction: 0 Pa         # [Pa] >= 0 pressed on the packing by a lid and let go again
 seed: 1                  # [1] 0..1000000 of the pouring
 bed: none                # file of a periodic bed (grouser dem bed) instead of pouring
 beds: auto               # folder that keeps poured bricks; auto: grouser-beds in the system's folder for temporary files
 reach: auto              # [m] soil nearer than this to a wheel's contact moves; auto: five of the largest grains
 torus: auto              # [1] 4..1000 bricks along x and y in the solver; auto: wheelbase and track with their surroundings
 capacity: auto           # [1] 1..100000 bricks' worth of grains in the solver; auto: what the wheels' surroundings need, and some
+wheel: auto              # auto (smooth: cylinder, lugs: mesh) | mesh | clump: overlapping spheres
+wheel_grain: 10 mm       # [m] > 0 diameter of the spheres of a clump
+lug_grain: 2 mm          # [m] > 0 and of those in its lugs and sidewalls
 step_share: 0.17         # [1] 0..0.5 inner step as a share of the Rayleigh time of the smallest grain
+averages: none           # HDF5 file to make: grains and wheel averaged over a short way, for a surrogate; one wheel
+averaged_over: 0.25 mm   # [m] > 0 of the hub's way
+averaged_every: 2.5 mm   # [m] > averaged_over
 host_stiffness: 1        # [1] 0..10 scale of the contact stiffness told to the host, which damps its bounces; 0: none
 )";
 
 struct SphereOptions {
   double depth = 0.06, relief = 0.02, step_share = kStepShare, host_stiffness = 1;
   std::optional<double> datum, brick, reach;
+  std::vector<double> period;  ///< empty: auto
+  double compaction = 0;
+  WheelForm form;
+  AveragesSettings averages;
   std::optional<long> torus, capacity;
   unsigned seed = 1;
   std::filesystem::path bed, beds;
@@ -57,18 +71,32 @@ SphereOptions read(const ConfigNode& o) {
   if (!is_word(o, "datum", "auto")) s.datum = o.quantity("datum", "m");
   if (!is_word(o, "brick", "auto")) s.brick = o.quantity("brick", "m", {0, 10, true, false});
   if (!is_word(o, "reach", "auto")) s.reach = o.quantity("reach", "m", {0, 10, true, false});
+  if (!is_word(o, "period", "auto")) {
+    s.period = o.quantities("period", "m", 2, {0, 100, true, false});
+    if (s.period.size() != 2) s.period.clear();
+  }
+  s.compaction = o.quantity_or("compaction", 0, "Pa", Range::non_negative());
   s.seed = static_cast<unsigned>(o.integer_or("seed", 1, 0, 1000000));
   if (!is_word(o, "bed", "none")) s.bed = o.existing_file("bed");
   if (!is_word(o, "beds", "auto")) s.beds = o.text("beds");
   if (!is_word(o, "torus", "auto")) s.torus = o.integer("torus", 4, 1000);
   if (!is_word(o, "capacity", "auto")) s.capacity = o.integer("capacity", 1, 100000);
+  const std::string wheel = o.choice_or("wheel", "auto", {"auto", "mesh", "clump"});
+  s.form.mesh = wheel == "mesh";
+  s.form.clump = wheel == "clump";
+  s.form.diameter = o.quantity_or("wheel_grain", s.form.diameter, "m", {0, 1, true, false});
+  s.form.lug_diameter = o.quantity_or("lug_grain", s.form.lug_diameter, "m", {0, 1, true, false});
+  if (!is_word(o, "averages", "none")) s.averages.file = o.text("averages");
+  s.averages.over = o.quantity_or("averaged_over", s.averages.over, "m", {0, 1, true, false});
+  s.averages.every = o.quantity_or("averaged_every", s.averages.every, "m", {0, 100, true, false});
+  if (s.averages.every <= s.averages.over) o.error_at("averaged_every", "must be longer than 'averaged_over'");
   s.step_share = o.quantity_or("step_share", s.step_share, "1", {0, 0.5, true, false});
   s.host_stiffness = o.quantity_or("host_stiffness", s.host_stiffness, "1", Range::between(0, 10));
   o.finish();
   return s;
 }
 
-class Sphere final : public Terrain {
+class Sphere final : public Terrain, public SoilPoints {
  public:
   Sphere(const SoilSettings& soil, const SphereOptions& options, GroundPtr ground, double gravity)
       : Terrain(std::move(ground)), soil_(soil), options_(options), gravity_(gravity) {
@@ -85,16 +113,13 @@ class Sphere final : public Terrain {
     c.lugs = true;
     return c;
   }
-  std::optional<SimplifiedGear> simplified_gear(int body) const override {
-    const auto* lugged = std::get_if<LuggedCylinder>(&bodies().at(static_cast<std::size_t>(body)).gear.shape);
-    if (!lugged || (lugged->tread_radius == 0 && lugged->sidewall_height == 0 && lugged->closed_sides == 2))
-      return std::nullopt;
-    return SimplifiedGear{"wheel with lugs, flat tread and closed sides",
-                          "model dem.sphere does not build concave treads, open sides or sidewalls"};
-  }
 
  private:
-  void do_add_body(const BodySpec& b) override { wheels_.emplace_back(b); }
+  void do_add_body(const BodySpec& b) override {
+    if (!options_.averages.file.empty() && !wheels_.empty())
+      throw TerrainError("dem.sphere: 'averages' are of one wheel; this is the second");
+    wheels_.emplace_back(b, options_.form);
+  }
 
   /// What a solver is built from; part of the state.
   struct Plan {
@@ -114,8 +139,16 @@ class Sphere final : public Terrain {
     if (brick_) return;
     BrickSettings b;
     b.side = options_.brick.value_or(6 * soil_.largest);
-    b.level = options_.depth + options_.relief;
-    b.height = options_.depth + 2 * options_.relief + soil_.largest;
+    const auto bricks = [&](std::size_t k, int usual) {
+      return options_.period.empty() ? usual
+                                     : std::max(1, static_cast<int>(std::ceil(options_.period[k] / b.side - 1e-6)));
+    };
+    b.nx = bricks(0, kPeriodX);
+    b.ny = bricks(1, kPeriodY);
+    b.compaction = options_.compaction;
+    // One diameter below the lowest soil that moves: a floor of frozen grains, not the smooth one of the pouring.
+    b.level = options_.depth + options_.relief + soil_.largest;
+    b.height = options_.depth + 2 * options_.relief + 2 * soil_.largest;
     b.bed = options_.bed;
     b.cache = options_.beds;
     brick_ = sphere_brick(soil_, b);
@@ -152,9 +185,13 @@ class Sphere final : public Terrain {
     p.nx = tiles(brick_->lx);
     p.ny = tiles(brick_->ly);
     std::size_t most = 0;
-    const double level = options_.depth + options_.relief;
-    for (const GrainState& g : brick_->grains)
-      most += g.x[2] <= level + brick_->lift && g.x[2] >= level - options_.depth - brick_->largest;
+    const double level = options_.depth + options_.relief + brick_->largest;
+    for (const std::vector<GrainState>& part : brick_->parts) {
+      std::size_t here = 0;
+      for (const GrainState& g : part)
+        here += g.x[2] <= level + brick_->lift && g.x[2] >= level - options_.depth - brick_->largest;
+      most = std::max(most, here);
+    }
     const double bricks =
         options_.capacity ? static_cast<double>(*options_.capacity) : std::min(need, static_cast<double>(p.nx * p.ny));
     p.grains = static_cast<std::int64_t>(std::ceil(1.1 * bricks * static_cast<double>(most)));
@@ -172,11 +209,12 @@ class Sphere final : public Terrain {
     t.grains = static_cast<std::size_t>(p.grains);
     tiles_.emplace(brick_, ground_ptr(), t);
     SolverSettings s = tiles_->fit(solver_settings(soil_));
+    const int material = soil_.wheel ? s.materials.add(s.materials.materials[0], *soil_.wheel) : 0;
     s.gravity = Vec3(0, 0, -gravity_);
     s.threads = threads();
     solver_.emplace(s, tiles_->parked());
     for (std::size_t k = 0; k < wheels_.size(); ++k)
-      wheels_[k].add_to(*solver_, motions.empty() ? Pose() : in_solver(gear_pose(k, motions[k].X_WB_begin)));
+      wheels_[k].add_to(*solver_, motions.empty() ? Pose() : in_solver(gear_pose(k, motions[k].X_WB_begin)), material);
     solver_->add_floor(0, 1);
   }
 
@@ -240,7 +278,7 @@ class Sphere final : public Terrain {
       std::vector<SurfaceReport> before;
       for (std::size_t k = 0; k < wheels_.size(); ++k) before.push_back(solver_->body(static_cast<int>(k)));
       if (!tiles_->active().empty()) {
-        solver_->step(n);
+        advance(n, c.commit, motions);
       } else {
         for (std::size_t k = 0; k < wheels_.size(); ++k)
           solver_->place(static_cast<int>(k), in_solver(gear_pose(k, motions[k].X_WB_end)));
@@ -254,6 +292,37 @@ class Sphere final : public Terrain {
       std::snprintf(text, sizeof text, "dem.sphere at t = %.6f s: ", c.t);
       throw TerrainError(text + std::string(e.what()));
     }
+  }
+
+  /// n inner steps; in pieces where averages are wanted. A preview averages nothing.
+  void advance(long n, bool commit, std::span<const BodyMotion> motions) {
+    if (options_.averages.file.empty() || !commit) return solver_->step(n);
+    if (!averages_)
+      averages_ =
+          std::make_unique<Averages>(options_.averages, inputs(), wheels_[0].radius(), 2 * wheels_[0].half_width());
+    const double way = solver_->twist(0).v.norm() * solver_->time_step();
+    // The torus wraps; the world's hub is where the host has it.
+    Pose hub = gear_pose(0, motions[0].X_WB_begin);
+    for (long left = n; left > 0;) {
+      const long m = averages_->next(way, left);
+      solver_->step(m);
+      left -= m;
+      hub.p += solver_->twist(0).v * (static_cast<double>(m) * solver_->time_step());
+      averages_->after(m, way, *solver_, hub, tiles_->lx(), tiles_->ly(), solver_->time_step(),
+                       [&](std::size_t g) { return tiles_->is_parked(g); });
+    }
+  }
+  std::string inputs() const {
+    std::string t = inputs_text(soil_);
+    put_line(t, "brick", brick_->hash);
+    put_line(t, "depth_m", options_.depth);
+    put_line(t, "reach_m", reach());
+    put_line(t, "step_share", options_.step_share);
+    put_line(t, "ground", ground().describe());
+    put_line(t, "wheel", bodies()[0].gear.name);
+    put_line(t, "wheel_radius_m", wheels_[0].radius());
+    put_line(t, "wheel_width_m", 2 * wheels_[0].half_width());
+    return t;
   }
 
   void answer(std::size_t k, double dt, const BodyMotion& motion, const SurfaceReport& before, BodyResult& result) {
@@ -310,6 +379,37 @@ class Sphere final : public Terrain {
     return s;
   }
 
+  std::vector<std::array<double, 4>> soil_points(std::size_t most) const override {
+    std::vector<std::array<double, 4>> out;
+    if (!solver_) return out;
+    std::vector<std::pair<double, std::size_t>> near;
+    const std::vector<GrainState>& now = grains_now();
+    for (std::size_t k = 0; k < now.size(); ++k) {
+      const std::optional<Vec3> x = tiles_->in_world(k, now[k]);
+      // Two layers: what lies deeper is not seen.
+      if (!x || x->z() + tiles_->base() < ground().height(x->x(), x->y()) - 2 * brick_->largest) continue;
+      double far = 1e300;
+      for (std::size_t w = 0; w < wheels_.size(); ++w) {
+        Vec3 d = solver_->pose(static_cast<int>(w)).p - now[k].x;
+        d[0] -= tiles_->lx() * std::round(d[0] / tiles_->lx());
+        d[1] -= tiles_->ly() * std::round(d[1] / tiles_->ly());
+        far = std::min(far, d.squaredNorm());
+      }
+      near.push_back({far, out.size()});
+      out.push_back({x->x(), x->y(), x->z() + tiles_->base(), now[k].radius});
+    }
+    if (out.size() <= most) return out;
+    std::nth_element(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(most), near.end());
+    near.resize(most);
+    // In the order of the solver: neighbours follow each other.
+    std::vector<std::size_t> kept;
+    for (const auto& n : near) kept.push_back(n.second);
+    std::sort(kept.begin(), kept.end());
+    std::vector<std::array<double, 4>> few;
+    for (const std::size_t k : kept) few.push_back(out[k]);
+    return few;
+  }
+
   std::vector<Cell> do_take_changed_cells() override {
     std::vector<Cell> out;
     if (!solver_) return out;
@@ -346,6 +446,7 @@ class Sphere final : public Terrain {
     solver_->traverse(s);
   }
 
+  static constexpr int kPeriodX = 12, kPeriodY = 4;  ///< bricks
   static constexpr double kDeep = 0.02;  ///< of its radius that a grain may lie in a wheel that is put into the soil
 
   SoilSettings soil_;
@@ -357,6 +458,7 @@ class Sphere final : public Terrain {
   std::optional<Tiles> tiles_;
   std::optional<Solver> solver_;
   PatchFinder finder_;
+  std::unique_ptr<Averages> averages_;  ///< no part of the state: a run that goes on from a state begins another file
   mutable std::vector<GrainState> now_;
 };
 

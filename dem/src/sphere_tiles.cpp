@@ -36,12 +36,12 @@ Tiles::Tiles(std::shared_ptr<const SphereBrick> brick, GroundPtr ground, const T
     : brick_(std::move(brick)),
       ground_(std::move(ground)),
       set_(s),
-      base_(s.datum - s.depth - s.relief),
+      base_(s.datum - s.depth - s.relief - brick_->largest),
       nx_(s.nx),
       ny_(s.ny),
       cells_x_(static_cast<int>(brick_->lx / brick_->largest)),
       cells_y_(static_cast<int>(brick_->ly / brick_->largest)),
-      park_from_(s.depth + 2 * s.relief + 2 * brick_->largest + s.room) {
+      park_from_(s.depth + 2 * s.relief + 3 * brick_->largest + s.room) {
   parked_.assign(s.grains, 1);
   // The stack gives small numbers first.
   for (std::size_t k = s.grains; k-- > 0;) free_.push_back(static_cast<std::int64_t>(k));
@@ -70,7 +70,10 @@ GrainState Tiles::in_park(std::size_t number, GrainState g) const {
 
 std::vector<GrainState> Tiles::parked() const {
   std::vector<GrainState> out;
-  for (std::size_t k = 0; k < set_.grains; ++k) out.push_back(in_park(k, brick_->grains[k % brick_->grains.size()]));
+  const std::vector<GrainState>& any = brick_->parts.front();
+  for (std::size_t k = 0; k < set_.grains; ++k) out.push_back(in_park(k, any[k % any.size()]));
+  // No grain that takes a place later may be larger than all at the start.
+  if (!out.empty()) out.front().radius = 0.5 * brick_->largest;
   return out;
 }
 
@@ -93,6 +96,17 @@ GrainState Tiles::on_torus(GrainState g, const Tile& t) const {
   g.x[0] += slot(t.i, nx_) * brick_->lx;
   g.x[1] += slot(t.j, ny_) * brick_->ly;
   return g;
+}
+
+std::optional<Vec3> Tiles::in_world(std::size_t number, const GrainState& g) const {
+  if (parked_[number]) return std::nullopt;
+  const std::int64_t a = slots_[slot_of(g)];
+  if (a < 0) return std::nullopt;
+  const Tile& t = active_[static_cast<std::size_t>(a)];
+  Vec3 x = local(g, t).x;
+  x[0] += static_cast<double>(t.i) * brick_->lx;
+  x[1] += static_cast<double>(t.j) * brick_->ly;
+  return x;
 }
 
 void Tiles::index_slots() {
@@ -119,7 +133,7 @@ std::vector<GrainState> Tiles::fresh(const Tile& t) const {
             x, y, std::abs(off), off > 0 ? "above" : "below", set_.datum, set_.relief);
     }
   std::vector<GrainState> out;
-  for (const GrainState& g : brick_->grains) {
+  for (const GrainState& g : brick_->of(t.i, t.j)) {
     const double level = ground_->height(x0 + g.x[0], y0 + g.x[1]) - base_;
     if (g.x[2] <= level + brick_->lift && g.x[2] >= level - set_.depth - brick_->largest) out.push_back(g);
   }

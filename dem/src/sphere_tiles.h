@@ -42,6 +42,8 @@ class Tiles {
 
   Tile at(double x, double y) const;
   const std::vector<Tile>& active() const { return active_; }
+  /// A grain of the solver where it is in the world, z of the solver; nothing when it is parked or over no tile.
+  std::optional<Vec3> in_world(std::size_t number, const GrainState& g) const;
   bool is_parked(std::size_t number) const { return parked_[number] != 0; }
   std::size_t stored_tiles() const { return store_.size(); }
   std::size_t free_grains() const { return free_.size(); }

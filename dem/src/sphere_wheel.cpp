@@ -5,26 +5,36 @@
 
 namespace grouser::dem {
 
-SphereWheel::SphereWheel(const BodySpec& body)
+SphereWheel::SphereWheel(const BodySpec& body, const WheelForm& form)
     : radius_(body.gear.outer_radius()), half_width_(0.5 * body.gear.width()) {
-  if (const auto* lugged = std::get_if<LuggedCylinder>(&body.gear.shape)) {
-    // Strips short enough that the polygon is within 0.1 % of the radius.
-    const double thick = lugged->lug_width > 0 ? lugged->lug_width : 0.002;
-    mesh_ = wheel_mesh(lugged->radius, lugged->width, 72, lugged->lug_count, lugged->lug_height, thick);
-  } else if (const auto* mesh = std::get_if<TriangleMesh>(&body.gear.shape)) {
+  if (const auto* mesh = std::get_if<TriangleMesh>(&body.gear.shape)) {
+    if (form.clump)
+      throw TerrainError("running gear '" + body.gear.name + "' is a mesh: 'wheel: clump' cannot build it");
     mesh_.vertices = mesh->vertices;
     for (const auto& t : mesh->triangles) mesh_.triangles.push_back({t[0], t[1], t[2]});
+    return;
+  }
+  try {
+    const WheelShape shape = wheel_shape(body.gear);
+    if (form.clump)
+      clump_ = wheel_clump(shape, form.diameter, form.lug_diameter);
+    else if (form.mesh || std::holds_alternative<LuggedCylinder>(body.gear.shape))
+      mesh_ = wheel_mesh(shape);
+  } catch (const DemError& e) {
+    throw TerrainError(e.what());
   }
 }
 
-void SphereWheel::add_to(Solver& solver, const Pose& X) const {
+void SphereWheel::add_to(Solver& solver, const Pose& X, int material) const {
   BodySettings b;
   b.X_WB = X;
   const int number = solver.add_body(b);
-  if (mesh_.triangles.empty())
-    solver.add_cylinder(number, radius_, half_width_);
+  if (!clump_.centres.empty())
+    solver.add_spheres(number, clump_.centres, clump_.radii, material);
+  else if (mesh_.triangles.empty())
+    solver.add_cylinder(number, radius_, half_width_, material);
   else
-    solver.add_mesh(number, mesh_, 0, true);
+    solver.add_mesh(number, mesh_, material, true);
 }
 
 double SphereWheel::overlap(const Pose& X, const Vec3& centre, double r) const {

@@ -2,18 +2,26 @@
 // A running gear among grains: its surface in the solver, what it overlaps, where it touches, which tiles it needs.
 #include <vector>
 
+#include "grouser/dem/wheel_builder.h"
 #include "grouser/terrain/ground.h"
 #include "grouser/terrain/terrain.h"
 #include "sphere_tiles.h"
 
 namespace grouser::dem {
 
+/// How a wheel is built.
+struct WheelForm {
+  bool mesh = false;                             ///< also where a cylinder would do
+  bool clump = false;                            ///< spheres, as the dissertation's
+  double diameter = 0.01, lug_diameter = 0.002;  ///< [m] of them
+};
+
 class SphereWheel {
  public:
   /// @throws TerrainError for a gear that cannot be carried.
-  explicit SphereWheel(const BodySpec& body);
+  SphereWheel(const BodySpec& body, const WheelForm& form);
   /// Adds body and surface to the solver; X: pose of the gear, z of the solver.
-  void add_to(Solver& solver, const Pose& X) const;
+  void add_to(Solver& solver, const Pose& X, int material) const;
   double radius() const { return radius_; }  ///< outer [m]
   double half_width() const { return half_width_; }
 
@@ -56,7 +64,8 @@ class SphereWheel {
 
  private:
   double radius_, half_width_;
-  Mesh mesh_;  ///< empty: smooth cylinder
+  Mesh mesh_;    ///< empty: smooth cylinder
+  Clump clump_;  ///< instead
 };
 
 /// Stiffness of a wheel on grains at rest for small motions [N/m], an estimate within a factor of about two, of an elastic half-space under a

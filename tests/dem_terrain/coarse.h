@@ -28,8 +28,9 @@ inline RunningGear coarse_wheel() { return {"wheel", SmoothCylinder{kRadius, kWi
 /// dem.sphere with these options on this ground.
 inline std::unique_ptr<Terrain> coarse_terrain(GroundPtr ground = flat_ground(), int wheels = 1,
                                                const std::string& options = kCoarseOptions,
-                                               const RunningGear& gear = coarse_wheel()) {
-  const ConfigDocument file = ConfigDocument::from_text(kCoarseSoil, "soil.yaml");
+                                               const RunningGear& gear = coarse_wheel(),
+                                               const std::string& soil_text = kCoarseSoil) {
+  const ConfigDocument file = ConfigDocument::from_text(soil_text, "soil.yaml");
   const Soil soil = load_soil(file.root());
   const ConfigDocument given = ConfigDocument::from_text("options: " + options, "options.yaml");
   auto t = dem::sphere_model().make({soil, std::move(ground), given.root().map("options"), 9.81});

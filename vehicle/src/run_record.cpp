@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "ground_view.h"
+#include "grouser/terrain/soil_points.h"
 #include "visual_mesh.h"
 
 namespace grouser::vehicle {
@@ -243,6 +244,20 @@ void RunRecord::frame(double t, double frame_dt, const VehicleWorld& w, const En
   for (std::size_t i = 0; i < energy_.size(); ++i) recorder_.set(energy_[i], energy[i]);
   recorder_.set(drift_, w.joint_drift());
   recorder_.end_frame(t);
+}
+
+void RunRecord::points(double t, const Terrain& terrain) {
+  const auto* soil = dynamic_cast<const SoilPoints*>(&terrain);
+  constexpr std::uint64_t every = 4;  // frames
+  constexpr std::size_t most = 3000;  // grains
+  const std::uint64_t frame = recorder_.frames() - 1;
+  if (!soil || frame % every != 0) return;
+  std::vector<double> x;
+  for (const auto& p : soil->soil_points(most)) x.insert(x.end(), p.begin(), p.end());
+  if (x.empty()) return;
+  const std::string name = "points." + std::to_string(frame);
+  recorder_.write_static({name, "m", "grains near the wheels: x, y, z, radius", "W", 4}, x, {x.size() / 4, 4});
+  recorder_.write_static({name + ".time", "s", "of these grains", "", 1}, {&t, 1}, {1});
 }
 
 }  // namespace grouser::vehicle

@@ -38,6 +38,8 @@ class RunRecord {
   static RunRecord resume(const std::filesystem::path& file, const Scenario& s, std::uint64_t frames);
   /// Append the frame of the world as it is. `t` [s] since the end of settling.
   void frame(double t, double frame_dt, const VehicleWorld& w, const EnergyLedger& soil, RunTotals& totals);
+  /// After every fourth frame, of soil that is made of grains: statics points.<frame> and points.<frame>.time.
+  void points(double t, const Terrain& terrain);
   Recorder& recorder() { return recorder_; }
 
  private:

@@ -117,6 +117,7 @@ class Run {
 
   void frame(double frame_dt) {
     record_->frame(time(), frame_dt, *world_, world_->terrain().energy(), totals_);
+    record_->points(time(), world_->terrain());
     if (extent_.look(time(), *world_, *scenario_.ground)) write_warnings();
   }
 

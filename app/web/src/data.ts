@@ -102,6 +102,8 @@ export interface RunHeader {
   statistics: Record<string, Statistics>;
   ground_grid?: { x: ArrayRef; y: ArrayRef; height: ArrayRef };
   meshes: Record<string, { vertices: ArrayRef; triangles: ArrayRef }>;
+  /** Grains near the wheels: x, y, z, radius of each set. */
+  points?: { time: ArrayRef; frames: ArrayRef[][] };
   spectrum?: { resolution: number; segments: number; density: number[] };
   summary: Summary;
   warnings: string[];

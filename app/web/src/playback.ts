@@ -99,6 +99,7 @@ export function playback(runs: Run[], clock: Clock): Playback {
     follow.addEventListener('change', () => (scene.follow = follow.checked));
     options.append(el('label', { class: 'toggle' }, follow, 'follow'), forces);
     if (scene.ground) options.append(toggle('ruts', true, (on) => scene.setRuts(on)));
+    if (scene.grains.length > 0) options.append(toggle('grains', true, (on) => scene.setGrains(on)));
     const views: [ViewName, string][] = [['quarter', 'oblique'], ['side', 'side'], ['front', 'front'], ['top', 'top']];
     if (scene.ground) views.push(['track', 'whole ground']);
     const buttons = el('div', { class: 'views' });

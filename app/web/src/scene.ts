@@ -13,6 +13,7 @@ import {
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { indexBefore, type Run } from './data';
+import { GrainsView } from './grains';
 import { GroundView } from './ground';
 import { VehicleView } from './vehicle';
 
@@ -31,6 +32,7 @@ const views: Record<Exclude<ViewName, 'track'>, [Vector3, number]> = {
 export class SceneView {
   readonly vehicles: VehicleView[];
   readonly ground: GroundView | null;
+  readonly grains: GrainsView[];
   /** [m] sinkage at the end of the colour bar. */
   readonly fullScale: number;
   follow = true;
@@ -65,6 +67,9 @@ export class SceneView {
     const withGround = runs.find((r) => r.header.ground_grid);
     this.ground = withGround ? GroundView.of(withGround, width, this.fullScale) : null;
     if (this.ground) this.scene.add(this.ground.group);
+    this.grains = runs.map((r) => GrainsView.of(r)).filter((g) => g !== null);
+    for (const g of this.grains) this.scene.add(g.mesh);
+    this.lowerGround(true);
     for (const v of this.vehicles) this.scene.add(v.group, v.arrows);
 
     const size = this.size();
@@ -125,6 +130,7 @@ export class SceneView {
   show(t: number): void {
     this.time = t;
     for (const v of this.vehicles) v.show(t);
+    for (const g of this.grains) g.show(t);
     this.press(t);
     const at = this.focus();
     if (this.follow) {
@@ -153,6 +159,17 @@ export class SceneView {
   setForces(on: boolean): void {
     for (const v of this.vehicles) v.arrows.visible = on && v.group.visible;
     this.draw();
+  }
+
+  setGrains(on: boolean): void {
+    for (const g of this.grains) g.mesh.visible = on;
+    this.lowerGround(on);
+    this.draw();
+  }
+
+  /** Where grains are shown the smooth ground lies under the tops of the highest ones. */
+  private lowerGround(on: boolean): void {
+    if (this.ground) this.ground.group.position.z = on ? -1.2 * Math.max(0, ...this.grains.map((g) => g.largest)) : 0;
   }
 
   setRuts(on: boolean): void {

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,8 @@ namespace grouser::dem {
 /// Soil as grains. Defaults: Table 4.2 with the rate-dependent rolling coefficient; walls smooth with e = 0.06.
 struct SoilSettings {
   SoilSettings();
-  MaterialTable materials;  ///< 0: grains, 1: smooth walls
+  MaterialTable materials;              ///< 0: grains, 1: smooth walls
+  std::optional<PairProperties> wheel;  ///< of grains and wheels of dem.sphere; else as two grains
   LawSettings law;
   double smallest = 0.0025, largest = 0.010;  ///< diameters [m], uniform by number
   double density = 3100;                      ///< of grains while pouring [kg/m3]

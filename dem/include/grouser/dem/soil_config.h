@@ -13,6 +13,7 @@ namespace grouser::dem {
 ///   rolling: {law: rate, coefficient: 6.75e8 s^2/m^2}     law: constant (coefficient without unit) | rate | rate_without_spin
 ///   cohesion: 0 J/m^3                   optional
 ///   wall: {friction: 0, restitution: 0.06}                optional: rolling_coefficient, in the unit of the law
+///   wheel: {friction: 0.1, cohesion: 0 J/m^3}              optional: grains on wheels of dem.sphere, else as two grains; rolling_coefficient, restitution
 ///   model: hertz-ch4                    optional: hertz-ch3 wants normal_stiffness, shear_stiffness [Pa], gamma_n, gamma_t [1/(m s)]
 ///   cap: sum | springs, tangential_stiffness: mindlin | printed, damping: implicit | explicit       optional
 /// A partial map (`base` given) changes what it names and keeps the rest: variants of a case.

@@ -1,7 +1,8 @@
 #pragma once
 // Terrain model dem.sphere: grains under wheels, in the rig and under any Bullet vehicle.
 //
-// The world's soil is an endless tiling of one brick lx x ly that was poured, relaxed and cut by the ground's height h(x, y):
+// The world's soil is an endless repetition of one packing (`period`) that was poured, relaxed and cut into bricks lx x ly and by the
+// ground's height h(x, y):
 //
 //   grain g of tile (i, j) at (i lx + gx, j ly + gy, base + gz) is soil when   -depth <= base + gz - h <= lift        (S1)
 //
@@ -14,7 +15,7 @@
 //   pose from begin to end at constant velocity and spin;  impulse = sum over the n steps of force times step, exact   (S2)
 //
 // Valid: wheels not wider than the torus, ground within `relief` of its datum. Not: soil deeper than `depth`, energy held by the soil
-// (counted as dissipated), lugs of concave treads (carried flat), grains in flight over soil that is not in the solver (they land there, at rest).
+// (counted as dissipated), grains in flight over soil that is not in the solver (they land there, at rest).
 // Cost: about 30 ns per grain in the solver and inner step; README, "Terrain dem.sphere".
 // @throws TerrainError in step(): ground beyond the relief, two tiles for one slot, no grain left in store, whatever the solver refuses.
 #include "grouser/terrain/registry.h"
