@@ -6,13 +6,14 @@
 #include <set>
 
 #include "bench_check.h"
+#include "chance.h"
 
 namespace grouser::diagnosis {
 namespace {
 
 constexpr std::array<int, 3> repeats{4, 8, 12};
 constexpr std::array<int, 3> readings{4, 8, 16};  // of a bench check
-constexpr int draws = 400, full_draws = 8;
+constexpr int full_draws = 8;
 constexpr double wanted = 0.9;
 constexpr std::size_t most_members = 4, shown = 3;
 
@@ -112,35 +113,14 @@ std::vector<Choice> possible(const Search& s, const std::vector<Member>& members
 /// Least share of draws in which the member that is true gets ten times the probability of every other that is not nested with it.
 double chance_of(const std::vector<Member>& members, const std::vector<Said>& said, const std::vector<double>& ln_prior,
                  const Eigen::Matrix3d& sensor, int n) {
-  const std::size_t count = said.size();
-  std::vector<Eigen::Matrix3d> L(count);
-  std::vector<double> ln_det(count);
-  for (std::size_t m = 0; m < count; ++m) {
-    const Eigen::Matrix3d C = (sensor + said[m].scatter) / n + said[m].spread;
-    L[m] = Eigen::LLT<Eigen::Matrix3d>(C).matrixL();
-    ln_det[m] = 2 * L[m].diagonal().array().log().sum();
+  std::vector<Eigen::Vector3d> mean;
+  std::vector<Eigen::Matrix3d> covariance;
+  for (const Said& x : said) {
+    mean.push_back(x.y);
+    covariance.push_back((sensor + x.scatter) / n + x.spread);
   }
-  double least = 1;
-  for (std::size_t truth = 0; truth < count; ++truth) {
-    std::mt19937_64 random(92210 + truth);
-    std::normal_distribution<double> normal;
-    int decided = 0;
-    for (int k = 0; k < draws; ++k) {
-      Eigen::Vector3d e;
-      for (int i = 0; i < 3; ++i) e[i] = normal(random);
-      const Eigen::Vector3d y = said[truth].y + L[truth] * e;
-      const auto score = [&](std::size_t m) {
-        return ln_prior[m] - 0.5 * (ln_det[m] + L[m].triangularView<Eigen::Lower>().solve(y - said[m].y).squaredNorm());
-      };
-      const double own = score(truth);
-      bool best = true;
-      for (std::size_t m = 0; m < count && best; ++m)
-        best = nested(members[m], members[truth]) || own - score(m) > std::log(decisive);
-      decided += best ? 1 : 0;
-    }
-    least = std::min(least, static_cast<double>(decided) / draws);
-  }
-  return least;
+  return chance_to_decide(mean, covariance, ln_prior, decisive,
+                          [&](std::size_t m, std::size_t truth) { return nested(members[m], members[truth]); });
 }
 
 /// Old and new runs together, each member refitted: how often the true one ends at ten times the others.

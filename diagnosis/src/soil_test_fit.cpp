@@ -349,35 +349,4 @@ SoilTestPosterior SoilTestFits::posterior(const SoilTestAccount& a) const {
   return out;
 }
 
-double chance_to_decide(const std::vector<Eigen::VectorXd>& mean, const std::vector<Eigen::MatrixXd>& covariance,
-                        const std::vector<double>& ln_prior) {
-  constexpr int draws = 400;
-  const std::size_t count = mean.size();
-  std::vector<Eigen::MatrixXd> L(count);
-  std::vector<double> ln_det(count);
-  for (std::size_t m = 0; m < count; ++m) {
-    L[m] = Eigen::LLT<Eigen::MatrixXd>(covariance[m]).matrixL();
-    ln_det[m] = 2 * L[m].diagonal().array().log().sum();
-  }
-  double least = 1;
-  for (std::size_t truth = 0; truth < count; ++truth) {
-    std::mt19937_64 random(92210 + truth);
-    std::normal_distribution<double> normal;
-    int decided = 0;
-    for (int k = 0; k < draws; ++k) {
-      Eigen::VectorXd e(mean[truth].size());
-      for (Eigen::Index i = 0; i < e.size(); ++i) e[i] = normal(random);
-      const Eigen::VectorXd y = mean[truth] + L[truth] * e;
-      const auto score = [&](std::size_t m) {
-        return ln_prior[m] - 0.5 * (ln_det[m] + L[m].triangularView<Eigen::Lower>().solve(y - mean[m]).squaredNorm());
-      };
-      bool best = true;
-      for (std::size_t m = 0; m < count && best; ++m) best = m == truth || score(truth) - score(m) > std::log(decisive);
-      decided += best ? 1 : 0;
-    }
-    least = std::min(least, static_cast<double>(decided) / draws);
-  }
-  return least;
-}
-
 }  // namespace grouser::diagnosis

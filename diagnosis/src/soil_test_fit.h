@@ -84,9 +84,4 @@ class SoilTestFits {
   std::array<double, 2> lambda_{1, 1}, dof_{10, 10};
 };
 
-/// Least over the members, each taken as true, of the share of 400 draws in which it gets ten times the odds of all
-/// others; y ~ N(mean, covariance) of each.
-double chance_to_decide(const std::vector<Eigen::VectorXd>& mean, const std::vector<Eigen::MatrixXd>& covariance,
-                        const std::vector<double>& ln_prior);
-
 }  // namespace grouser::diagnosis

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <set>
 
+#include "chance.h"
+
 namespace grouser::diagnosis {
 namespace {
 
-constexpr double wanted = 0.9, rest_way = 0.66e-3;  // [m] sheared in the time of the rest
+constexpr double wanted = 0.9, wanted_odds = 10, rest_way = 0.66e-3;  // [m] sheared in the time of the rest
 constexpr std::size_t shown = 4;
 
 struct Choice {
@@ -86,7 +88,8 @@ std::vector<NextExperiment> next_soil_tests(const SoilTestFits& fits, const std:
       for (Eigen::MatrixXd& C : covariance)
         C += fits.repeat_scatter(c.condition.kind) / n + fits.fixed_scatter(c.condition.kind);
       c.repeats = n;
-      c.chance = chance_to_decide(mean, covariance, ln_prior);
+      c.chance = chance_to_decide(mean, covariance, ln_prior, wanted_odds,
+                                  [](std::size_t m, std::size_t truth) { return m == truth; });
       if (c.chance >= wanted) break;
     }
     c.cost += c.repeats;
