@@ -124,6 +124,8 @@ TEST(CollidingSpheres, InSinglePrecisionAtTheDefaultStepAreWithinThreePercent) {
   // The first touch falls anywhere within a step: the worst of forty phases counts (README: 1.8 and 2.2 %).
   for (const Impact& c : {head_on(), oblique()}) {
     const Outcome exact = solve_impact(c, 1e-12);
+    EXPECT_NEAR(worst(simulate(c, box(8e-6, Precision::single)), exact, c),
+                worst(simulate(c, box(8e-6, Precision::full)), exact, c), 1e-4);
     double most = 0, most_full = 0;
     for (int k = 0; k < 40; ++k) {
       most = std::max(most, worst(simulate(c, box(8e-6, Precision::single), k / 40.0), exact, c));
