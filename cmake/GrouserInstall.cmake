@@ -1,4 +1,4 @@
-# find_package(grouser CONFIG COMPONENTS terrain bekker dem vehicle diagnosis models bullet): targets grouser::<component>.
+# find_package(grouser CONFIG COMPONENTS terrain bekker dem sdem vehicle diagnosis models bullet): targets grouser::<component>.
 include(CMakePackageConfigHelpers)
 set(GROUSER_INSTALL_CMAKEDIR ${CMAKE_INSTALL_LIBDIR}/cmake/grouser)
 
@@ -15,6 +15,9 @@ if(GROUSER_BEKKER)
 endif()
 if(GROUSER_DEM)
   list(APPEND GROUSER_COMPONENTS dem)
+endif()
+if(TARGET grouser_sdem)
+  list(APPEND GROUSER_COMPONENTS sdem)
 endif()
 if(GROUSER_VEHICLE)
   list(APPEND GROUSER_COMPONENTS vehicle)
@@ -42,7 +45,7 @@ install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/grouser)
 # `tidy`: clang-tidy with the profile .clang-tidy over the sources of this build (GROUSER_TIDY_FILES: a regular expression of paths).
 find_program(GROUSER_RUN_TIDY NAMES run-clang-tidy run-clang-tidy-14)
 if(GROUSER_RUN_TIDY)
-  set(GROUSER_TIDY_FILES "${PROJECT_SOURCE_DIR}/(terrain|bekker|dem|vehicle|diagnosis|app)/.*[.]cpp$" CACHE STRING "files for the target tidy")
+  set(GROUSER_TIDY_FILES "${PROJECT_SOURCE_DIR}/(terrain|bekker|dem|sdem|vehicle|diagnosis|app)/.*[.]cpp$" CACHE STRING "files for the target tidy")
   add_custom_target(tidy COMMAND ${GROUSER_RUN_TIDY} -quiet -extra-arg=-Wno-unknown-warning-option -p ${CMAKE_BINARY_DIR} ${GROUSER_TIDY_FILES}
                     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR} USES_TERMINAL VERBATIM)
 endif()

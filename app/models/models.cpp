@@ -10,6 +10,9 @@
 #ifdef GROUSER_DEM
 #include "grouser/dem/sphere.h"
 #endif
+#ifdef GROUSER_SDEM
+#include "grouser/sdem/v1.h"
+#endif
 
 namespace grouser {
 
@@ -23,6 +26,9 @@ const Registry& all_models() {
 #endif
 #ifdef GROUSER_DEM
     r.add(dem::sphere_model());
+#endif
+#ifdef GROUSER_SDEM
+    r.add(sdem::v1_model());
 #endif
     return r;
   }();

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <regex>
 
 #include "grouser/terrain/recorder.h"
@@ -175,19 +176,25 @@ void add_meshes(Reader& r, json& out) {
   out["meshes"] = std::move(meshes);
 }
 
-/// Grains near the wheels, as they were every few frames.
-void add_points(Reader& r, json& out) {
-  constexpr std::size_t most_sets = 200;
+/// Sets "NAME.FRAME" with their times, by time.
+std::vector<std::pair<double, std::string>> sets_of(const Reader& r, const std::string& name) {
   std::vector<std::pair<double, std::string>> sets;
   for (const ChannelSpec& s : r.file.statics())
-    if (s.name.starts_with("points.") && !ends_with(s.name, ".time"))
+    if (s.name.starts_with(name + ".") && !ends_with(s.name, ".time"))
       if (const auto t = r.scalar(s.name + ".time"); !t.empty()) sets.push_back({t.front(), s.name});
-  if (sets.empty()) return;
   std::sort(sets.begin(), sets.end());
-  const std::size_t stride = (sets.size() + most_sets - 1) / most_sets;
+  return sets;
+}
+constexpr std::size_t most_sets = 200;
+std::size_t set_stride(std::size_t sets) { return (sets + most_sets - 1) / most_sets; }
+
+/// Grains near the wheels, as they were every few frames.
+void add_points(Reader& r, json& out) {
+  const auto sets = sets_of(r, "points");
+  if (sets.empty()) return;
   std::vector<double> time;
   json frames = json::array();
-  for (std::size_t k = 0; k < sets.size(); k += stride) {
+  for (std::size_t k = 0; k < sets.size(); k += set_stride(sets.size())) {
     const std::vector<double> x = r.file.read(sets[k].second);
     json frame = json::array();
     for (std::size_t c = 0; c < 4; ++c) {
@@ -199,6 +206,37 @@ void add_points(Reader& r, json& out) {
     frames.push_back(std::move(frame));
   }
   out["points"] = {{"time", r.pack.add_fixed(time, 1e-6)}, {"frames", std::move(frames)}};
+}
+
+/// Squares of the surface of grains that changed from set to set. Where sets are too many, some are joined: none may be
+/// left out.
+void add_surface(Reader& r, json& out) {
+  const auto sets = sets_of(r, "surface");
+  if (sets.empty()) return;
+  const std::size_t stride = set_stride(sets.size());
+  std::vector<double> time;
+  json frames = json::array();
+  double side = 0;
+  for (std::size_t k = 0; k < sets.size(); k += stride) {
+    std::map<std::pair<double, double>, double> rise;  // a square counts as it was last
+    const std::size_t last = std::min(k + stride, sets.size()) - 1;
+    for (std::size_t j = k; j <= last; ++j) {
+      const std::vector<double> x = r.file.read(sets[j].second);
+      for (std::size_t i = 0; i + 3 < x.size(); i += 4) {
+        rise[{x[i], x[i + 1]}] = x[i + 3];
+        side = x[i + 2];
+      }
+    }
+    std::vector<double> x, y, z;
+    for (const auto& [at, value] : rise) {
+      x.push_back(at.first);
+      y.push_back(at.second);
+      z.push_back(value);
+    }
+    time.push_back(sets[last].first);
+    frames.push_back({r.pack.add_fixed(x, 1e-5), r.pack.add_fixed(y, 1e-5), r.pack.add_fixed(z, 1e-5)});
+  }
+  out["surface"] = {{"time", r.pack.add_fixed(time, 1e-6)}, {"side", side}, {"frames", std::move(frames)}};
 }
 
 void add_spectrum(Reader& r, json& out) {
@@ -347,6 +385,7 @@ json run_section(const std::filesystem::path& folder, Pack& pack) {
   add_ground(r, out);
   add_meshes(r, out);
   add_points(r, out);
+  add_surface(r, out);
   add_spectrum(r, out);
   add_summary(r, out);
   add_warnings(r, out);

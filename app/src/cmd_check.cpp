@@ -7,6 +7,9 @@
 #include "commands.h"
 #include "figure_file.h"
 #include "file_kind.h"
+#ifdef GROUSER_SDEM
+#include "grouser/sdem/campaign.h"
+#endif
 #ifdef GROUSER_BEKKER
 #include "grouser/bekker/table.h"
 #endif
@@ -63,6 +66,9 @@ std::string check_yaml(const fs::path& file, std::vector<std::string>& notices) 
   if (key == "calibration") return read_calibration(file), "calibration of grains";
   if (key == "dem") return read_dem_case(file), "discrete-element case";
   if (key == "bed") return read_dem_bed(file), "bed of grains";
+#endif
+#ifdef GROUSER_SDEM
+  if (key == "surrogate") return sdem::load_campaign(file), "campaign of the surrogate";
 #endif
 #ifdef GROUSER_BEKKER
   if (key == "table") return bekker::load_table_spec(file), "table";

@@ -78,6 +78,8 @@ int run(Arguments a) {
   DemRunResult r;
   try {
     r = run_dem(c, a.run);
+  } catch (const dem::GrainError& e) {
+    throw grain_error(c.grain_files, e);
   } catch (const dem::DemError& e) {
     throw ConfigError(a.file.string(), 0, 0, e.what());
   }

@@ -18,6 +18,7 @@
 #include "grouser/diagnosis/extended_file.h"
 #include "grouser/diagnosis/soil_test_diagnosis.h"
 #include "grouser/diagnosis/time_series.h"
+#include "grouser/models.h"
 #include "grouser/terrain/config.h"
 #include "grouser/terrain/recorder.h"
 
@@ -90,7 +91,7 @@ void print(const diagnosis::Diagnosis& d) {
     fmt::print("  next: {}", e.bench_check);
     for (const auto& [name, x] : e.condition) fmt::print("{} {:.3g}  ", name, x);
     if (e.runs > 0) fmt::print(" {} {}", e.runs, e.bench_check.empty() ? "repeats" : "readings");
-    fmt::print(", decides with probability {:.2f}", e.chance);
+    fmt::print(", decides with probability {:.2f}{}", e.chance, e.simulated ? " (simulated with refits)" : "");
     fmt::print("\n");
   }
   if (!d.suspect_lines.empty()) fmt::print("  suspect rows: lines {}\n", fmt::join(d.suspect_lines, ", "));
@@ -134,7 +135,7 @@ void add_diagnose_command(CLI::App& cli, int& code) {
                         "holds the results of an earlier diagnosis; use --overwrite, or another folder with --out");
     if (diagnosis::is_time_case(a->file))
       return run_time_diagnosis(a->file, a->data, a->out, a->withhold), void(code = 0);
-    const diagnosis::DiagnosisCase c = diagnosis::read_case(a->file);
+    const diagnosis::DiagnosisCase c = diagnosis::read_case(a->file, &all_models());
     const diagnosis::RunTable data = diagnosis::read_runs(a->data, c);
     const diagnosis::Diagnosis d = diagnosis::diagnose(c, data, a->withhold);
     std::error_code failed;

@@ -43,6 +43,7 @@ void add_diagnose_command(CLI::App& cli, int& code);  ///< with GROUSER_DIAGNOSI
 void add_bekker_command(CLI::App& cli, int& code);    ///< with GROUSER_BEKKER only
 void add_soil_command(CLI::App& cli, int& code);      ///< with GROUSER_DEM only
 void add_dem_command(CLI::App& cli, int& code);       ///< with GROUSER_DEM only
+void add_sdem_command(CLI::App& cli, int& code);      ///< with GROUSER_SDEM only
 
 /// Folder with soils/, wheels/, vehicles/, grounds/: $GROUSER_LIBRARY, else the installed one, else the source tree's examples/.
 std::filesystem::path library_folder();

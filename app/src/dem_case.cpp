@@ -7,7 +7,6 @@
 #include <cmath>
 #include <set>
 
-#include "dem_grains.h"
 #include "grouser/dem/packing.h"
 #include "grouser/dem/soil_config.h"
 #include "grouser/terrain/csv.h"
@@ -257,6 +256,27 @@ void read_body(const ConfigNode& n, DemCase& c) {
   c.bodies.push_back(std::move(b));
 }
 
+void read_grain_file(const ConfigNode& n, DemCase& c) {
+  GrainFile f;
+  const std::size_t before = c.grains.size();
+  f.bed = n.has("bed");
+  f.file = n.existing_file(f.bed ? "bed" : "file");
+  if (!f.file.empty() && f.bed) {
+    std::vector<dem::GrainState> bed = dem::read_bed(f.file).grains;
+    if (c.grains.empty())
+      c.grains = std::move(bed);
+    else
+      c.grains.insert(c.grains.end(), bed.begin(), bed.end());
+  } else if (!f.file.empty()) {
+    FileErrors errors(f.file);
+    read_grains(f.file, c.materials, errors, c.grains);
+    errors.report_to(n);
+  }
+  n.finish();
+  f.count = c.grains.size() - before;
+  c.grain_files.push_back(std::move(f));
+}
+
 /// auto and adaptive: from the Rayleigh time of the grain that has the least.
 void read_step(const ConfigNode& root, DemCase& c) {
   const ConfigNode n = root.node("time_step");
@@ -296,19 +316,10 @@ DemCase read_dem_case(const fs::path& file) {
   read_domain(root.map("domain"), c.solver.domain);
   if (root.has("law")) dem::read_law(root.map("law"), c.solver.law);
   read_materials(root, c);
-  const ConfigNode grains = root.map("grains");
-  if (grains.has("bed")) {
-    const fs::path bed = grains.existing_file("bed");
-    if (!bed.empty()) c.grains = dem::read_bed(bed).grains;
-  } else {
-    const fs::path csv = grains.existing_file("file");
-    if (!csv.empty()) {
-      FileErrors errors(csv);
-      c.grains = read_grains(csv, c.materials, errors);
-      errors.report_to(grains);
-    }
-  }
-  grains.finish();
+  if (root.node("grains").is_list())
+    for (const ConfigNode& n : root.list("grains")) read_grain_file(n, c);
+  else
+    read_grain_file(root.map("grains"), c);
   if (root.has("materials") && root.has("grains")) read_pairs(root, c);
   c.solver.gravity = vector(root, "gravity", "m/s^2", c.solver.gravity);
   read_step(root, c);

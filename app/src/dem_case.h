@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "dem_grains.h"
 #include "grouser/dem/solver.h"
 #include "grouser/terrain/config.h"
 
@@ -38,6 +39,7 @@ struct DemCase {
   std::string title;
   dem::SolverSettings solver;
   std::vector<dem::GrainState> grains;
+  std::vector<GrainFile> grain_files;  ///< in the order of the grains
   std::vector<std::string> materials;
   std::vector<DemBody> bodies;
   double duration = 0, output_every = 0;
@@ -47,7 +49,8 @@ struct DemCase {
 
 /// dem: TITLE
 /// domain: {lower: [x, y, z], upper: [x, y, z], periodic: [x, y]}
-/// grains: {file: grains.csv}, columns x,y,z,radius,density and, where wanted, vx,vy,vz,wx,wy,wz,material,frozen, in SI; or {bed: bed.h5}
+/// grains: {file: grains.csv}, columns x,y,z,radius,density and, where wanted, vx,vy,vz,wx,wy,wz,material,frozen, in SI; or {bed: bed.h5}; or
+/// a list of such files, whose grains are numbered through
 /// materials: [{name, young_modulus, poisson_ratio}], 1 to 4
 /// pairs: [{of: [a, b], friction, restitution, rolling_coefficient, cohesion, and for hertz-ch3 kn, kt, gamma_n, gamma_t}], every pair
 /// law: {model, rolling, cap, tangential_stiffness, damping}      optional

@@ -3,11 +3,13 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <unordered_map>
+#include <utility>
 
-#include "grouser/dem/packing.h"
-#include "grouser/terrain/state.h"
+#include "grouser/terrain/csv_stream.h"
+#include "grouser/terrain/state_stream.h"
+#include "whole_file.h"
 
 namespace grouser::app {
 
@@ -47,27 +49,27 @@ NumberTable read_numbers(const std::filesystem::path& file, const std::vector<st
   return t;
 }
 
-std::vector<dem::GrainState> read_grains(const std::filesystem::path& file, const std::vector<std::string>& materials,
-                                         FileErrors& errors) {
-  const CsvRecords csv = CsvRecords::read(file, errors);
+void read_grains(const std::filesystem::path& file, const std::vector<std::string>& materials, FileErrors& errors,
+                 std::vector<dem::GrainState>& grains) {
+  CsvStream csv(file, errors);
   std::vector<std::string> known = wanted;
   known.insert(known.end(), moving.begin(), moving.end());
   const std::size_t numbers = known.size();
   known.insert(known.end(), {"material", "frozen"});
-  for (const std::string& c : csv.columns)
+  for (const std::string& c : csv.columns())
     if (std::find(known.begin(), known.end(), c) == known.end()) {
       const auto near = did_you_mean(c, known);
       errors.add(1, 1, "unknown column '" + c + "'" + (near ? "; did you mean '" + *near + "'?" : ""));
     }
   std::vector<std::optional<std::size_t>> at;
   for (const std::string& name : known) at.push_back(csv.column(name));
-  if (!csv.columns.empty())
+  if (!csv.columns().empty())
     for (std::size_t k = 0; k < wanted.size(); ++k)
       if (!at[k]) errors.add(1, 1, "the column '" + wanted[k] + "' is missing");
-  if (csv.rows.empty() && !errors.any()) errors.add(1, 1, "there is no grain in it");
-  std::vector<dem::GrainState> out;
-  for (const CsvRecords::Row& r : csv.rows) {
-    std::vector<double> v(numbers, 0.0);
+  const std::size_t before = grains.size();
+  std::vector<double> v(numbers);
+  for (CsvRecords::Row r; csv.next(r);) {
+    std::fill(v.begin(), v.end(), 0.0);
     for (std::size_t k = 0; k < numbers; ++k) {
       if (!at[k]) continue;
       const CsvCell& cell = r.cells[*at[k]];
@@ -103,24 +105,51 @@ std::vector<dem::GrainState> read_grains(const std::filesystem::path& file, cons
       if (cell.text != "0" && cell.text != "1") errors.add(r.line, cell.column, "frozen is 0 or 1");
       g.frozen = cell.text == "1";
     }
-    out.push_back(g);
+    grains.push_back(g);
   }
-  return out;
+  if (grains.size() == before && !errors.any()) errors.add(1, 1, "there is no grain in it");
 }
 
-std::string grains_csv(const std::vector<dem::GrainState>& grains, const std::vector<std::string>& materials) {
-  std::string out = "x,y,z,radius,density,vx,vy,vz,wx,wy,wz,material,frozen\n";
-  for (const dem::GrainState& g : grains) {
-    out += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{}\n", g.x[0], g.x[1], g.x[2], g.radius, g.density, g.v[0],
-                       g.v[1], g.v[2], g.w[0], g.w[1], g.w[2], materials[static_cast<std::size_t>(g.material)],
-                       g.frozen ? 1 : 0);
+ConfigError grain_error(const std::vector<GrainFile>& files, const dem::GrainError& e) {
+  Diagnostic d;
+  std::string places;
+  for (const std::size_t number : e.grains) {
+    std::size_t first = 0, k = 0;
+    while (k + 1 < files.size() && number >= first + files[k].count) first += files[k++].count;
+    const GrainFile& f = files.at(k);
+    const std::string name = f.file.string();
+    d.file = name;
+    d.line = d.column = 0;
+    std::string place = fmt::format("number {} of {}", number - first, name);
+    if (!f.bed) {
+      FileErrors ignored(f.file);
+      CsvStream csv(f.file, ignored);
+      CsvRecords::Row r;
+      for (std::size_t row = first; row <= number && csv.next(r); ++row) d.line = r.line;
+      d.column = 1;
+      place = fmt::format("{}:{}", name, d.line);
+    }
+    places += fmt::format("{}grain {} is {}", places.empty() ? "" : ", ", number, place);
   }
-  return out;
+  d.message = fmt::format("{} ({})", e.what(), places);
+  return ConfigError({d});
+}
+
+void write_grains_csv(const std::filesystem::path& file, const std::vector<dem::GrainState>& grains,
+                      const std::vector<std::string>& materials) {
+  WholeFile out(file);
+  out.write("x,y,z,radius,density,vx,vy,vz,wx,wy,wz,material,frozen\n");
+  for (const dem::GrainState& g : grains) {
+    out.write(fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{}\n", g.x[0], g.x[1], g.x[2], g.radius, g.density,
+                          g.v[0], g.v[1], g.v[2], g.w[0], g.w[1], g.w[2],
+                          materials[static_cast<std::size_t>(g.material)], g.frozen ? 1 : 0));
+  }
+  out.done();
 }
 
 std::string grains_text(const std::vector<dem::GrainState>& grains) {
-  State s;
-  for (dem::GrainState g : grains) {
+  StateStream s;
+  for (const dem::GrainState& g : grains) {
     double v[] = {g.x[0],
                   g.x[1],
                   g.x[2],
@@ -134,13 +163,14 @@ std::string grains_text(const std::vector<dem::GrainState>& grains) {
                   g.w[2],
                   g.frozen ? 1.0 : 0.0,
                   double(g.material)};
-    s.reals("g", v, 13);
+    s.state().reals("g", v, 13);
   }
+  s.finish();
   return fmt::format("\n# {} grains {}\n", grains.size(), s.hash_text());
 }
 
-std::string contacts_csv(const std::vector<dem::GrainState>& grains, const dem::Domain& domain,
-                         const dem::MaterialTable& materials) {
+void write_contacts_csv(const std::filesystem::path& file, const std::vector<dem::GrainState>& grains,
+                        const dem::Domain& domain, const dem::MaterialTable& materials) {
   double widest = 0;
   for (const dem::GrainState& g : grains) widest = std::max(widest, 2 * g.radius);
   const Vec3 size = domain.hi - domain.lo;
@@ -156,16 +186,20 @@ std::string contacts_csv(const std::vector<dem::GrainState>& grains, const dem::
     }
     return c;
   };
-  std::unordered_map<long, std::vector<std::size_t>> in;
+  std::vector<std::pair<long, std::uint32_t>> in;  // cell, grain
+  in.reserve(grains.size());
   const auto key = [&](long a, long b, long c) { return (a * n[1] + b) * n[2] + c; };
   for (std::size_t g = 0; g < grains.size(); ++g) {
     const auto c = cell(grains[g].x);
-    in[key(c[0], c[1], c[2])].push_back(g);
+    in.emplace_back(key(c[0], c[1], c[2]), static_cast<std::uint32_t>(g));
   }
-  std::string out = "i,j,x,y,z,nx,ny,nz,overlap_m,normal_elastic_N\n";
+  std::sort(in.begin(), in.end());
+  WholeFile out(file);
+  out.write("i,j,x,y,z,nx,ny,nz,overlap_m,normal_elastic_N\n");
+  std::vector<std::size_t> partners;
   for (std::size_t i = 0; i < grains.size(); ++i) {
     const auto c = cell(grains[i].x);
-    std::vector<std::size_t> partners;
+    partners.clear();
     for (long a = -1; a <= 1; ++a)
       for (long b = -1; b <= 1; ++b)
         for (long e = -1; e <= 1; ++e) {
@@ -176,9 +210,10 @@ std::string contacts_csv(const std::vector<dem::GrainState>& grains, const dem::
             inside = inside && o[k] >= 0 && o[k] < n[k];
           }
           if (!inside) continue;
-          if (const auto it = in.find(key(o[0], o[1], o[2])); it != in.end())
-            for (std::size_t j : it->second)
-              if (j > i) partners.push_back(j);
+          // Partners come after i.
+          const std::pair<long, std::uint32_t> from{key(o[0], o[1], o[2]), static_cast<std::uint32_t>(i + 1)};
+          for (auto it = std::lower_bound(in.begin(), in.end(), from); it != in.end() && it->first == from.first; ++it)
+            partners.push_back(it->second);
         }
     std::sort(partners.begin(), partners.end());
     partners.erase(std::unique(partners.begin(), partners.end()), partners.end());
@@ -193,11 +228,11 @@ std::string contacts_csv(const std::vector<dem::GrainState>& grains, const dem::
       const auto& mj = materials.materials[static_cast<std::size_t>(grains[j].material)];
       const double modulus = 1 / ((1 - mi.poisson * mi.poisson) / mi.young + (1 - mj.poisson * mj.poisson) / mj.young);
       const double force = 4.0 / 3 * modulus * std::sqrt(ri * rj / (ri + rj) * overlap) * overlap;
-      out += fmt::format("{},{},{:.9g},{:.9g},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n", i, j, at[0], at[1], at[2],
-                         normal[0], normal[1], normal[2], overlap, force);
+      out.write(fmt::format("{},{},{:.9g},{:.9g},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n", i, j, at[0], at[1],
+                            at[2], normal[0], normal[1], normal[2], overlap, force));
     }
   }
-  return out;
+  out.done();
 }
 
 }  // namespace grouser::app

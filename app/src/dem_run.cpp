@@ -1,6 +1,9 @@
 #include "dem_run.h"
 
 #include <fmt/core.h>
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
 
 #include <algorithm>
 #include <chrono>
@@ -10,6 +13,7 @@
 #include "dem_table.h"
 #include "grouser/terrain/checkpoint.h"
 #include "grouser/terrain/recorder.h"
+#include "grouser/terrain/state_stream.h"
 #include "whole_file.h"
 
 namespace grouser::app {
@@ -19,14 +23,27 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
+/// Large arrays that are freed go back to the system at once, small ones after saving: else the largest memory is that of
+/// reading, saving and writing together (100 bytes a grain more).
+void keep_no_memory() {
+#if defined(__GLIBC__)
+  mallopt(M_MMAP_THRESHOLD, 1 << 20);
+  malloc_trim(0);
+#endif
+}
+
 double since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
 
 class Run {
  public:
-  Run(const DemCase& c, const DemRunOptions& o) : case_(c), options_(o), solver_(c.solver, c.grains) {
+  Run(DemCase& c, const DemRunOptions& o) : case_(c), options_(o), solver_(c.solver, std::move(c.grains)) {
     for (const DemBody& b : c.bodies) {
       const int n = solver_.add_body(b.settings);
-      for (const DemBody::Surface& s : b.surfaces) add(n, s);
+      try {
+        for (const DemBody::Surface& s : b.surfaces) add(n, s);
+      } catch (const dem::GrainError& e) {
+        throw dem::GrainError(fmt::format("{}; body {} is '{}'", e.what(), n, b.name), e.grains);
+      }
     }
     forces_.columns = {"time_s"};
     for (const DemBody& b : c.bodies)
@@ -91,16 +108,22 @@ class Run {
         }
       }
       save();
+    } catch (const dem::GrainError& e) {
+      r.stopped = grain_error(case_.grain_files, e).diagnostics().front().message;
     } catch (const dem::DemError& e) {
       r.stopped = e.what();
     }
     write(r.stopped.empty());
+    keep_no_memory();
     r.forces = forces_;
     r.energy = energy_;
     r.counters = solver_.counters();
     r.stable_step = solver_.stable_step();
     r.wall = since(begin);
-    r.hash = solver_.hash();
+    StateStream state;
+    solver_.traverse(state.state());
+    state.finish();
+    r.hash = state.hash();
     return r;
   }
 
@@ -188,8 +211,8 @@ class Run {
     now.version = GROUSER_VERSION;
     now.time = solver_.time();
     now.frames = forces_.rows.size();
-    traverse(now.state);
-    write_checkpoint(checkpoint(), now);
+    write_checkpoint(checkpoint(), now, [this](State& s) { traverse(s); });
+    keep_no_memory();
   }
   void continue_from_checkpoint() {
     if (!fs::exists(checkpoint())) return;
@@ -207,10 +230,9 @@ class Run {
     // A state that is no longer finite is of no use.
     if (!finished) return;
     const std::vector<dem::GrainState> grains = solver_.grains();
-    write_whole_file(options_.out / "grains.csv", grains_csv(grains, case_.materials));
+    write_grains_csv(options_.out / "grains.csv", grains, case_.materials);
     if (case_.contacts)
-      write_whole_file(options_.out / "contacts.csv",
-                       contacts_csv(grains, case_.solver.domain, case_.solver.materials));
+      write_contacts_csv(options_.out / "contacts.csv", grains, case_.solver.domain, case_.solver.materials);
   }
 
   const DemCase& case_;
@@ -227,6 +249,9 @@ class Run {
 
 }  // namespace
 
-DemRunResult run_dem(const DemCase& c, const DemRunOptions& o) { return Run(c, o).go(); }
+DemRunResult run_dem(DemCase& c, const DemRunOptions& o) {
+  keep_no_memory();
+  return Run(c, o).go();
+}
 
 }  // namespace grouser::app

@@ -24,7 +24,9 @@ struct DemRunResult {
 };
 
 /// Leaves forces.csv, energy.csv, grains.csv (final state, in the form of the input), contacts.csv, checkpoint.h5.
-/// @throws dem::DemError: the input cannot be run. ResultsError: results cannot be written.
-DemRunResult run_dem(const DemCase& c, const DemRunOptions& o);
+/// Takes the grains out of the case: the solver's own copy is enough.
+/// @throws dem::DemError: the input cannot be run (GrainError: because of these grains). ResultsError: results cannot be
+/// written.
+DemRunResult run_dem(DemCase& c, const DemRunOptions& o);
 
 }  // namespace grouser::app

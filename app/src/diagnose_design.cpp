@@ -9,6 +9,7 @@
 
 #include "figure_page.h"
 #include "grouser/diagnosis/design.h"
+#include "grouser/models.h"
 #include "grouser/terrain/config.h"
 #include "grouser/terrain/recorder.h"
 
@@ -96,7 +97,7 @@ void run_design(const fs::path& case_file, const std::string& plan, fs::path out
   if (out.empty()) out = fs::path("runs") / ("design-" + case_file.stem().string());
   if (fs::exists(out / "design.json") && !overwrite)
     throw ConfigError(out.string(), 0, 0, "holds an earlier design; use --overwrite, or another folder with --out");
-  const DiagnosisCase c = read_case(case_file);
+  const DiagnosisCase c = read_case(case_file, &all_models());
   const bool file = plan.size() > 4 && plan.substr(plan.size() - 4) == ".csv";
   const Design d = judge_design(c, file ? read_plan(plan, c) : grid_plan(plan));
   std::error_code failed;

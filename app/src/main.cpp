@@ -149,6 +149,9 @@ int parse_and_run(int argc, char** argv) {
   add_soil_command(cli, code);
   add_dem_command(cli, code);
 #endif
+#ifdef GROUSER_SDEM
+  add_sdem_command(cli, code);
+#endif
 
   std::vector<std::string> commands;
   for (const CLI::App* c : cli.get_subcommands({})) commands.push_back(c->get_name());

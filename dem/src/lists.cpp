@@ -129,7 +129,7 @@ bool Lists<R>::rebuild(Team& team, int t, const Space<R>& space, Array<Grain<R>>
       char text[200];
       std::snprintf(text, sizeof text, "grain %u left the domain: it is at (%.4g, %.4g, %.4g) m", outside_.load(), x[0],
                     x[1], x[2]);
-      throw DemError(text);
+      throw GrainError(text, {outside_.load()});
     }
     sort_cells();
     cut();

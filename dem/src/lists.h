@@ -91,9 +91,10 @@ class Lists {
   std::size_t listed() const;
   const std::vector<std::uint32_t>& new_index() const { return new_index_; }  ///< old place to new one, last rebuild
   std::size_t bytes() const;
-  /// Raw state for saving: everything that is not found again from the grains.
+  /// Raw state for saving: everything that is not found again from the grains. loading: f fills the arrays, and what the
+  /// lists held before does not fit the chunks any more.
   template <class F>
-  void each_array(F&& f) {
+  void each_array(F&& f, bool loading) {
     f("chunks", chunks_);
     f("reference", reference_);
     parts_.resize(chunks_.size());
@@ -105,7 +106,7 @@ class Lists {
     }
     std::vector<Store> used(parts_.size());
     for (std::size_t c = 0; c < parts_.size(); ++c) {
-      if (parts_[c].room > 0) used[c].assign(first(c), last(c));
+      if (!loading) used[c].assign(first(c), last(c));
       f("blocks", used[c]);
       parts_[c].room = std::max(parts_[c].room, used[c].size());
     }

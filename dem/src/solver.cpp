@@ -40,13 +40,17 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr long kAdaptEvery = 64;      ///< steps
 constexpr std::uint32_t kLayout = 2;  ///< of what is saved: changes with the records of grains and contacts
 
-[[noreturn]] void refuse(const char* format, auto... a) {
+std::string text_of(const char* format, auto... a) {
   char text[300];
   if constexpr (sizeof...(a) == 0)
     std::snprintf(text, sizeof text, "%s", format);
   else
     std::snprintf(text, sizeof text, format, a...);
-  throw DemError(text);
+  return text;
+}
+[[noreturn]] void refuse(const char* format, auto... a) { throw DemError(text_of(format, a...)); }
+[[noreturn]] void refuse_grains(std::vector<std::size_t> numbers, const char* format, auto... a) {
+  throw GrainError(text_of(format, a...), std::move(numbers));
 }
 
 template <class R>
@@ -86,8 +90,8 @@ class Engine final : public Solver::Impl {
     momentum_before_ = momentum();
     const auto worst = lists_.deepest(space_, grains_, ids_);
     if (worst.share > 0.25)
-      refuse("grains %u and %u overlap by %.3g m, more than a quarter of the smaller radius", worst.a, worst.b,
-             worst.depth);
+      refuse_grains({worst.a, worst.b}, "grains %u and %u overlap by %.3g m, more than a quarter of the smaller radius",
+                    worst.a, worst.b, worst.depth);
   }
 
   int add_body(const BodySettings& b) override {
@@ -122,7 +126,8 @@ class Engine final : public Solver::Impl {
       const Vec3 x = walls_.local(space_, g, b);
       const double r = double(g.r), d = shape.distance(x, largest);
       if (d < 0.75 * r)
-        refuse(
+        refuse_grains(
+            {ids_[k]},
             "grain %u at (%.4g, %.4g, %.4g) m is %.3g m deep in surface %zu, of body %d; at most a quarter of its "
             "radius, %.3g m, is allowed at the start",
             ids_[k], space_.position(g)[0], space_.position(g)[1], space_.position(g)[2], r - d, walls_.surfaces.size(),
@@ -296,7 +301,7 @@ class Engine final : public Solver::Impl {
     raw(s, "ids", ids_);
     raw(s, "grains", grains_);
     const auto array = [&](const char* name, auto& a) { raw(s, name, a); };
-    lists_.each_array(array);
+    lists_.each_array(array, s.loading());
     walls_.each_array(chunks().size(), array);
     if (s.loading()) {
       look_at_materials();
@@ -563,16 +568,17 @@ class Engine final : public Solver::Impl {
 
 void check_grain(const SolverSettings& s, std::size_t k, const GrainState& g) {
   if (!g.x.allFinite() || !g.v.allFinite() || !g.w.allFinite())
-    refuse("grain %zu: position, velocity or spin is not a number", k);
-  if (!(g.radius > 0) || !std::isfinite(g.radius)) refuse("grain %zu: radius %g m must be positive", k, g.radius);
+    refuse_grains({k}, "grain %zu: position, velocity or spin is not a number", k);
+  if (!(g.radius > 0) || !std::isfinite(g.radius))
+    refuse_grains({k}, "grain %zu: radius %g m must be positive", k, g.radius);
   if (!(g.density > 0) || !std::isfinite(g.density))
-    refuse("grain %zu: density %g kg/m3 must be positive", k, g.density);
+    refuse_grains({k}, "grain %zu: density %g kg/m3 must be positive", k, g.density);
   if (g.material < 0 || g.material >= static_cast<int>(s.materials.materials.size()))
-    refuse("grain %zu: material %d; there are %zu", k, g.material, s.materials.materials.size());
+    refuse_grains({k}, "grain %zu: material %d; there are %zu", k, g.material, s.materials.materials.size());
   for (int a = 0; a < 3; ++a)
     if (!s.domain.periodic[static_cast<std::size_t>(a)] && !(g.x[a] >= s.domain.lo[a] && g.x[a] < s.domain.hi[a]))
-      refuse("grain %zu: %c = %g m is outside the domain, %g to %g m", k, "xyz"[a], g.x[a], s.domain.lo[a],
-             s.domain.hi[a]);
+      refuse_grains({k}, "grain %zu: %c = %g m is outside the domain, %g to %g m", k, "xyz"[a], g.x[a], s.domain.lo[a],
+                    s.domain.hi[a]);
 }
 
 void check(const SolverSettings& s, const std::vector<GrainState>& grains) {

@@ -27,6 +27,8 @@ seed: 1                  # [1] 0..1000000 of the pouring
 bed: none                # file of a periodic bed (grouser dem bed) instead of pouring
 beds: auto               # folder that keeps poured bricks; auto: grouser-beds in the system's folder for temporary files
 reach: auto              # [m] soil nearer than this to a wheel's contact moves; auto: five of the largest grains
+reach_along: auto        # [m] the same along the wheel's way only, the length of its patch; auto: reach
+reach_across: auto       # [m] and along its axle only, the patch's width; auto: reach
 torus: auto              # [1] 4..1000 bricks along x and y in the solver; auto: wheelbase and track with their surroundings
 capacity: auto           # [1] 1..100000 bricks' worth of grains in the solver; auto: what the wheels' surroundings need, and some
 wheel: auto              # auto (smooth: cylinder, lugs: mesh) | mesh | clump: overlapping spheres
@@ -41,7 +43,7 @@ host_stiffness: 1        # [1] 0..10 scale of the contact stiffness told to the 
 
 struct SphereOptions {
   double depth = 0.06, relief = 0.02, step_share = kStepShare, host_stiffness = 1;
-  std::optional<double> datum, brick, reach;
+  std::optional<double> datum, brick, reach, reach_along, reach_across;
   std::vector<double> period;  ///< empty: auto
   double compaction = 0;
   WheelForm form;
@@ -71,6 +73,8 @@ SphereOptions read(const ConfigNode& o) {
   if (!is_word(o, "datum", "auto")) s.datum = o.quantity("datum", "m");
   if (!is_word(o, "brick", "auto")) s.brick = o.quantity("brick", "m", {0, 10, true, false});
   if (!is_word(o, "reach", "auto")) s.reach = o.quantity("reach", "m", {0, 10, true, false});
+  if (!is_word(o, "reach_along", "auto")) s.reach_along = o.quantity("reach_along", "m", {0, 10, true, false});
+  if (!is_word(o, "reach_across", "auto")) s.reach_across = o.quantity("reach_across", "m", {0, 10, true, false});
   if (!is_word(o, "period", "auto")) {
     s.period = o.quantities("period", "m", 2, {0, 100, true, false});
     if (s.period.size() != 2) s.period.clear();
@@ -127,8 +131,14 @@ class Sphere final : public Terrain, public SoilPoints {
     std::int64_t nx = 0, ny = 0, grains = 0;
   };
 
-  double reach() const { return options_.reach.value_or(5 * soil_.largest); }
-  double keep() const { return reach() + 0.5 * brick_->lx; }
+  PatchReach reach() const {
+    const double both = options_.reach.value_or(5 * soil_.largest);
+    return {options_.reach_along.value_or(both), options_.reach_across.value_or(both)};
+  }
+  PatchReach keep() const {
+    const PatchReach r = reach();
+    return {r.along + 0.5 * brick_->lx, r.across + 0.5 * brick_->lx};
+  }
   Pose gear_pose(std::size_t k, const Pose& X_WB) const { return X_WB * bodies()[k].X_BG; }
   Pose in_solver(Pose X) const {
     X.p.z() -= tiles_->base();
@@ -164,8 +174,8 @@ class Sphere final : public Terrain, public SoilPoints {
         wide = std::max(wide, (X.p - gear_pose(o, motions[o].X_WB_begin).p).head<2>().norm());
       wheels_[k].tiles_near(X, ground(), brick_->lx, brick_->ly, keep(), keep(), 1e300, {}, first);
       // Tiles that an oblique rectangle of the largest contact may touch.
-      const double l = brick_->lx, a = 1.4 * wheels_[k].radius() + 2 * keep(),
-                   b = 2 * wheels_[k].half_width() + 2 * keep();
+      const double l = brick_->lx, a = 1.4 * wheels_[k].radius() + 2 * keep().along,
+                   b = 2 * wheels_[k].half_width() + 2 * keep().across;
       need += (a * b + 1.42 * (a + b) * l + l * l) / (l * l);
     }
     for (const Tile& t : first)
@@ -178,7 +188,8 @@ class Sphere final : public Terrain, public SoilPoints {
         }
     p.datum = options_.datum.value_or(0.5 * (low + high));
     double around = 0;
-    for (const SphereWheel& w : wheels_) around = std::max(around, 1.4 * w.radius() + 2 * w.half_width() + 2 * keep());
+    for (const SphereWheel& w : wheels_)
+      around = std::max(around, 1.4 * w.radius() + 2 * w.half_width() + 2 * keep().most());
     const auto tiles = [&](double l) {
       return options_.torus.value_or(std::max(4L, static_cast<long>(std::ceil((wide + around) / l)) + 1));
     };
@@ -316,7 +327,8 @@ class Sphere final : public Terrain, public SoilPoints {
     std::string t = inputs_text(soil_);
     put_line(t, "brick", brick_->hash);
     put_line(t, "depth_m", options_.depth);
-    put_line(t, "reach_m", reach());
+    put_line(t, "reach_m", reach().along);
+    if (reach().across != reach().along) put_line(t, "reach_across_m", reach().across);
     put_line(t, "step_share", options_.step_share);
     put_line(t, "ground", ground().describe());
     put_line(t, "wheel", bodies()[0].gear.name);

@@ -61,8 +61,9 @@ double distance(const Vec2& centre, const Vec2& u, double a, double b, const Vec
 
 }  // namespace
 
-void SphereWheel::tiles_near(const Pose& X, const Ground& ground, double lx, double ly, double reach, double keep,
-                             double clear, const std::vector<Tile>& now, std::vector<Tile>& into) const {
+void SphereWheel::tiles_near(const Pose& X, const Ground& ground, double lx, double ly, const PatchReach& reach,
+                             const PatchReach& keep, double clear, const std::vector<Tile>& now,
+                             std::vector<Tile>& into) const {
   const Mat3 C = carrier_axes(X.q * Vec3::UnitY());
   const Vec2 u = Vec2(C.col(0).head<2>()).normalized();
   double level = -1e300;
@@ -75,13 +76,15 @@ void SphereWheel::tiles_near(const Pose& X, const Ground& ground, double lx, dou
   if (depth < -clear) return;
   const double d = std::clamp(depth, 0.0, radius_), a = std::sqrt(radius_ * radius_ - (radius_ - d) * (radius_ - d));
   const Vec2 centre = X.p.head<2>();
-  const double out = a + half_width_ + keep;
+  const double out = a + half_width_ + keep.most();
   const auto index = [](double x, double l) { return static_cast<std::int64_t>(std::floor(x / l)); };
   for (std::int64_t i = index(centre.x() - out, lx); i <= index(centre.x() + out, lx); ++i)
     for (std::int64_t j = index(centre.y() - out, ly); j <= index(centre.y() + out, ly); ++j) {
       const Vec2 lo(static_cast<double>(i) * lx, static_cast<double>(j) * ly), hi = lo + Vec2(lx, ly);
-      const double far = distance(centre, u, a, half_width_, lo, hi);
-      if (far < reach || (far < keep && std::binary_search(now.begin(), now.end(), Tile{i, j}))) into.push_back({i, j});
+      const auto near = [&](const PatchReach& r) {
+        return distance(centre, u, a + (r.along - r.least()), half_width_ + (r.across - r.least()), lo, hi) < r.least();
+      };
+      if (near(reach) || (near(keep) && std::binary_search(now.begin(), now.end(), Tile{i, j}))) into.push_back({i, j});
     }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 // A running gear among grains: its surface in the solver, what it overlaps, where it touches, which tiles it needs.
+#include <algorithm>
 #include <vector>
 
 #include "grouser/dem/wheel_builder.h"
@@ -14,6 +15,13 @@ struct WheelForm {
   bool mesh = false;                             ///< also where a cylinder would do
   bool clump = false;                            ///< spheres, as the dissertation's
   double diameter = 0.01, lug_diameter = 0.002;  ///< [m] of them
+};
+
+/// Soil that moves around a contact [m]: along the wheel's way and along its axle.
+struct PatchReach {
+  double along = 0, across = 0;
+  double least() const { return std::min(along, across); }
+  double most() const { return std::max(along, across); }
 };
 
 class SphereWheel {
@@ -59,8 +67,8 @@ class SphereWheel {
   }
 
   /// Tiles lx x ly nearer than `reach` to the part of the wheel at X (world) that may be in the soil, or nearer than `keep` and in `now`.
-  void tiles_near(const Pose& X, const Ground& ground, double lx, double ly, double reach, double keep, double clear,
-                  const std::vector<Tile>& now, std::vector<Tile>& into) const;
+  void tiles_near(const Pose& X, const Ground& ground, double lx, double ly, const PatchReach& reach,
+                  const PatchReach& keep, double clear, const std::vector<Tile>& now, std::vector<Tile>& into) const;
 
  private:
   double radius_, half_width_;

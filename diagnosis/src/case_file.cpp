@@ -4,6 +4,8 @@
 #include "effect_list.h"
 #include "grouser/diagnosis/runs.h"
 #include "grouser/terrain/config.h"
+#include "grouser/terrain/registry.h"
+#include "rig_case.h"
 
 namespace grouser::diagnosis {
 
@@ -150,12 +152,16 @@ void read_judged(const ConfigNode& root, DiagnosisCase& c) {
 
 }  // namespace
 
-DiagnosisCase read_case(const std::filesystem::path& yaml) {
+DiagnosisCase read_case(const std::filesystem::path& yaml, const Registry* registry) {
   const ConfigDocument document = ConfigDocument::from_file(yaml);
   const ConfigNode root = document.root();
   DiagnosisCase c;
   c.file = yaml;
-  c.model = root.choice("model", {"bekker.steady"});
+  std::vector<std::string> models{"bekker.steady"};
+  if (registry)
+    for (const ModelInfo& m : registry->models())
+      if (m.id != models[0]) models.push_back(m.id);
+  c.model = root.choice("model", models);
   const ConfigNode wheel = root.map("wheel");
   c.wheel.radius = wheel.quantity("radius", "m", Range::positive());
   c.wheel.width = wheel.quantity("width", "m", Range::positive());
@@ -187,6 +193,10 @@ DiagnosisCase read_case(const std::filesystem::path& yaml) {
   read_amplitudes(root, c);
   read_judged(root, c);
   root.node("series");  // read by read_time_case
+  // With the key `rig` the steady law is rolled, too.
+  const bool rolled = registry && (c.model != "bekker.steady" || root.has("rig"));
+  if (rolled) read_rig(root, c);
+  if (rolled && root.errors() == 0 && registry->has(c.model)) use_rig(root, registry->get(c.model), c);
   root.finish();
   document.check();
   return c;

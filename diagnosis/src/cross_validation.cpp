@@ -1,5 +1,6 @@
 #include "cross_validation.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <functional>
 
@@ -26,6 +27,25 @@ std::vector<int> blocks(const std::vector<Run>& runs, const std::function<double
   return out;
 }
 
+/// ln density of the rows left out, ~ N(f, C + J V J') with V of the fit without them, but for what depends on C alone. In whitened rows u, J
+/// and with M = V^-1 + J'J:  -(u'u - u'J M^-1 J'u + ln det M - ln det V^-1)/2   (Woodbury).
+double ln_predicted(const Search& s, const Whitener& without, const Fit& f, const std::function<bool(int)>& left_out) {
+  const DataLayout& l = s.series().layout();
+  Eigen::MatrixXd u = f.residual, J = f.jacobian, A = f.jacobian;
+  s.whitener().apply(u);
+  s.whitener().apply(J);
+  without.apply(A);
+  Eigen::MatrixXd precision = A.transpose() * A;
+  precision.diagonal() += f.precision;
+  for (int i = 0; i < l.size(); ++i)
+    if (!left_out(l[i].run)) u(i, 0) = 0, J.row(i).setZero();
+  const Eigen::VectorXd Ju = J.transpose() * u.col(0);
+  const Eigen::LLT<Eigen::MatrixXd> M(precision + J.transpose() * J), P(precision);
+  if (M.info() != Eigen::Success || P.info() != Eigen::Success) return -0.5 * u.squaredNorm();
+  const auto ln_det = [](const auto& llt) { return 2 * llt.matrixLLT().diagonal().array().log().sum(); };
+  return -0.5 * (u.squaredNorm() - Ju.dot(M.solve(Ju)) + ln_det(M) - ln_det(P));
+}
+
 }  // namespace
 
 std::vector<double> cross_validate(const Search& s, const std::vector<Account>& accounts) {
@@ -46,12 +66,8 @@ std::vector<double> cross_validate(const Search& s, const std::vector<Account>& 
       const Whitener w(series.layout(), noise, s.scatter());
       for (std::size_t a = 0; a < accounts.size(); ++a) {
         const Fit f = series.fit(*accounts[a].candidate, w, accounts[a].fit->x, accounts[a].fit->theta, 6);
-        Eigen::MatrixXd u = f.ok ? f.residual : accounts[a].fit->residual;
-        s.whitener().apply(u);
-        double chi2 = 0;
-        for (int i = 0; i < series.layout().size(); ++i)
-          if (block[static_cast<std::size_t>(series.layout()[i].run)] == b) chi2 += u(i, 0) * u(i, 0);
-        sum[a] -= 0.5 * chi2;
+        sum[a] += ln_predicted(s, w, f.ok ? f : *accounts[a].fit,
+                               [&](int run) { return block[static_cast<std::size_t>(run)] == b; });
       }
     }
   }

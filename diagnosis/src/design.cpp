@@ -77,6 +77,7 @@ Design judge_design(const DiagnosisCase& c, const RunTable& plan) {
   Design d;
   d.runs = static_cast<int>(plan.runs.size());
   d.notes = plan.notes;
+  d.notes.insert(d.notes.end(), c.notes.begin(), c.notes.end());
   d.likeness = now.likeness;
   d.alike_pairs = now.alike;
   std::vector<std::size_t> cluster(now.entries.size());

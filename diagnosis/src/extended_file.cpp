@@ -43,7 +43,16 @@ std::string extended_case_text(const Diagnosis& d, const DiagnosisCase& c) {
                                                                               : "") +
              "\n";
   if (!known.empty()) out += "known_effects:\n" + known;
-  return out;
+  if (!c.rig.model()) return out;
+  const auto flow = [](const std::string& lines) {
+    std::string map;
+    for (const char x : lines) map += x == '\n' ? std::string(", ") : std::string(1, x);
+    if (!map.empty()) map.resize(map.size() - 2);
+    return "{" + map + "}";
+  };
+  return out + "rig: {step: " + exact(c.rig.step) + " m, average_over: " + exact(c.rig.average_over) +
+         " m, settle: " + exact(c.rig.settle) + ", sinkage_from: " + (c.rig.sinkage_from_rut ? "rut" : "undisturbed") +
+         ", options: " + flow(c.rig.options) + ", coarse: " + flow(c.rig.coarse) + "}\n";
 }
 
 namespace {
@@ -175,7 +184,16 @@ std::string rig_text(const Diagnosis& d, const DiagnosisCase& c, const std::stri
   out += "terrain:\n  model: " + c.model + "\n  soil: extended_soil.yaml\n";
   const bool passes = d.parameters.contains("repetitive_loading") || d.parameters.contains("pass_strength");
   const bool order = d.parameters.contains("preparation_drift");
-  if ((passes && greatest_pass >= 2) || order) {
+  if (c.rig.model()) {
+    if (passes)
+      out +=
+          comment("the rig makes one pass: effects of a later pass act where a wheel follows another, as in a vehicle");
+    if (!c.rig.options.empty()) {
+      out += "  options:\n    " + c.model + ":\n      ";
+      for (const char x : c.rig.options) out += x == '\n' ? std::string("\n      ") : std::string(1, x);
+      out.resize(out.size() - 6);
+    }
+  } else if ((passes && greatest_pass >= 2) || order) {
     out += "  options:\n    " + c.model + ":\n";
     if (passes && greatest_pass >= 2)
       out += "      pass: 2   # 1: the first pass, as if these effects were not there\n";

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <memory>
 #include <numeric>
+#include <tuple>
 
 namespace grouser::diagnosis {
 namespace {
@@ -106,9 +107,45 @@ DataLayout::DataLayout(const std::vector<Run>& runs, const std::vector<std::arra
       items_.push_back({r, c, sd[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)]});
     }
   }
+  std::vector<int> along(items_.size());
+  std::iota(along.begin(), along.end(), 0);
+  const auto run = [&](int i) -> const Run& {
+    return runs[static_cast<std::size_t>(items_[static_cast<std::size_t>(i)].run)];
+  };
+  const auto place = [&](int i) {
+    return std::tuple(items_[static_cast<std::size_t>(i)].channel, run(i).order, run(i).time);
+  };
+  std::stable_sort(along.begin(), along.end(), [&](int a, int b) { return place(a) < place(b); });
+  for (std::size_t k = 0; k < along.size(); ++k) {
+    if (run(along[k]).line == 0) continue;
+    const bool follows = !chain_.empty() && items_[static_cast<std::size_t>(chain_.back()[0])].channel ==
+                                                items_[static_cast<std::size_t>(along[k])].channel;
+    chain_.push_back({along[k], follows ? chain_.back()[0] : -1});
+  }
 }
 
-Whitener::Whitener(const DataLayout& layout, const Noise& noise, const Eigen::MatrixXd& J) : layout_(layout) {
+double run_to_run(const DataLayout& layout, const Eigen::VectorXd& u) {
+  double square = 0, product = 0, last = 0;
+  int n = 0, before = -1;  // differences; the item before the last one
+  for (const auto& [item, previous] : layout.chain()) {
+    if (previous < 0) {
+      before = -1;
+      continue;
+    }
+    const double now = u[item] - u[previous];
+    if (before >= 0) product += now * last, square += 0.5 * (now * now + last * last), ++n;
+    before = previous, last = now;
+  }
+  if (n < 40 || !(square > 0)) return 0;
+  const double rho = 1 + 2 * product / square, error = 2 * std::sqrt(0.5 / n);
+  return rho > std::max(2 * error, 0.1) ? std::min(rho, 0.7) : 0;
+}
+
+Whitener::Whitener(const DataLayout& layout, const Noise& noise, const Eigen::MatrixXd& J)
+    : layout_(layout), rho_(noise.rho) {
+  if (rho_ != 0)
+    for (const auto& [item, previous] : layout.chain())
+      if (previous >= 0) log_determinant_ += std::log1p(-rho_ * rho_);
   for (const DataLayout::Group& g : layout.groups()) {
     const Eigen::LLT<Eigen::MatrixXd> llt(covariance(layout, g, noise, J));
     const Eigen::MatrixXd L = llt.matrixL();
@@ -131,6 +168,11 @@ void Whitener::apply(Eigen::Ref<Eigen::MatrixXd> x) const {
         y[i] = sum * *l++;
       }
     }
+    if (rho_ == 0) continue;
+    const double fresh = 1 / std::sqrt(1 - rho_ * rho_);
+    const std::vector<std::array<int, 2>>& chain = layout_.chain();
+    for (std::size_t k = chain.size(); k-- > 0;)  // from the end: the one before is still as it was
+      if (chain[k][1] >= 0) x(chain[k][0], c) = fresh * (x(chain[k][0], c) - rho_ * x(chain[k][1], c));
   }
 }
 

@@ -2,8 +2,9 @@
 
 #include <ceres/jet.h>
 
-#include <cstring>
 #include <unordered_map>
+
+#include "rig_model.h"
 
 namespace grouser::bekker {
 template <int N>
@@ -16,45 +17,6 @@ namespace grouser::diagnosis {
 namespace {
 
 using bekker::Effect;
-using Column = Eigen::Matrix<double, channel_count, 1>;
-
-/// The wheel's own answer, before the maps of the measurement.
-struct Turned {
-  bool good = false;
-  double theta = 0;
-  Outputs y{};
-  Eigen::Matrix<double, channel_count, soil_count> soil;
-  Column slip, load;
-  std::array<Column, model_effects> effect;
-};
-
-/// Effects whose slopes are asked for in one pass, and whether those by slip and load are.
-struct Asked {
-  std::array<int, model_effects> list{};
-  int count = 0;
-  bool slip_load = false, value_only = true;
-  bool has(Effect e) const {
-    return std::find(list.begin(), list.begin() + count, static_cast<int>(e)) != list.begin() + count;
-  }
-};
-
-/// All that the wheel sees of a run. Doubles alone, so that equal means bitwise equal.
-struct Seen {
-  std::array<double, soil_count> soil{};
-  std::array<double, model_effects> effect{};
-  double slip = 0, load = 0, omega = 0, pass = 1, order = 0;
-  bool operator==(const Seen& o) const { return std::memcmp(this, &o, sizeof *this) == 0; }
-};
-struct SeenHash {
-  std::size_t operator()(const Seen& s) const {
-    std::uint64_t word[sizeof(Seen) / 8], h = 0x9e3779b97f4a7c15U;
-    std::memcpy(word, &s, sizeof s);
-    for (const std::uint64_t w : word) h = (h ^ w) * 0x9fb21c651e98df25U, h ^= h >> 32U;
-    return h;
-  }
-};
-static_assert(sizeof(Seen) == 8 * (soil_count + model_effects + 5));
-
 std::uint32_t active_effects(const Inputs& in) {
   std::uint32_t active = 0;
   for (int i = 0; i < model_effects; ++i)
@@ -76,19 +38,23 @@ double true_slip(const Run& run, double e, double& by_e) {
   return kappa <= 1 ? 1 - kappa : 1 / kappa - 1;
 }
 
-Seen seen_by(const Run& run, const Inputs& in, const Asked& asked) {
+constexpr std::uint32_t bit(Effect e) { return 1U << static_cast<unsigned>(e); }
+constexpr Looks steady_looks{bit(Effect::pressure_rate) | bit(Effect::shear_rate),
+                             bit(Effect::repetitive_loading) | bit(Effect::pass_strength),
+                             bit(Effect::preparation_drift), false, false};
+
+Seen seen_by(const Run& run, const Inputs& in, const Asked& asked, const Looks& to) {
   Seen s;
   std::copy(in.begin(), in.begin() + soil_count, s.soil.begin());
   std::copy(in.begin() + soil_count, in.begin() + soil_count + model_effects, s.effect.begin());
   std::uint32_t looks = active_effects(in);
   for (int i = 0; i < asked.count; ++i) looks |= 1U << static_cast<unsigned>(asked.list[static_cast<std::size_t>(i)]);
-  const auto on = [&](Effect e) { return (looks >> static_cast<unsigned>(e) & 1U) != 0; };
   double unused;
   s.slip = true_slip(run, value(in, Map::wheel_radius_error), unused);
   s.load = run.load * (1 + value(in, Map::load_error));
-  if (on(Effect::pressure_rate) || on(Effect::shear_rate)) s.omega = run.omega;
-  if (on(Effect::repetitive_loading) || on(Effect::pass_strength)) s.pass = run.pass;
-  if (on(Effect::preparation_drift)) s.order = run.order;
+  if (to.always_speed || (looks & to.speed)) s.omega = run.omega;
+  if (to.always_pass || (looks & to.pass)) s.pass = run.pass;
+  if (looks & to.order) s.order = run.order;
   return s;
 }
 
@@ -163,20 +129,24 @@ struct Batch {
   std::vector<std::size_t> at;
   bool good = true;
 };
-Batch turn_all(const bekker::EffectWheel& wheel, const std::vector<Run>& runs, const std::vector<Inputs>& in,
-               const Asked& asked, const std::vector<double>& theta) {
+Batch turn_all(const AskedWheel& wheel, const std::vector<Run>& runs, const std::vector<Inputs>& in, const Asked& asked,
+               const std::vector<double>& theta) {
   Batch b;
+  const Looks& looks = wheel.rig ? wheel.rig->looks() : steady_looks;
   b.at.reserve(runs.size());
   std::unordered_map<Seen, std::size_t, SeenHash> known;
   known.reserve(runs.size());
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    const Seen s = seen_by(runs[r], in[r], asked);
+    const Seen s = seen_by(runs[r], in[r], asked, looks);
     const auto [found, fresh] = known.emplace(s, b.turned.size());
     b.at.push_back(found->second);
     if (!fresh) continue;
     b.turned.emplace_back();
     b.turned.back().theta = theta[r];
-    turn(wheel, s, asked, b.turned.back());
+    if (wheel.rig)
+      wheel.rig->turn(wheel.shape, runs[r], s, asked, b.turned.back());
+    else
+      turn(wheel.shape, s, asked, b.turned.back());
     if (b.turned.back().good) continue;
     b.good = false;
     return b;
@@ -226,8 +196,8 @@ Inputs plain_inputs(const std::array<double, soil_count>& soil) {
   return in;
 }
 
-bool model_runs(const bekker::EffectWheel& wheel, const std::vector<Run>& runs, const std::vector<Inputs>& in,
-                Wanted wanted, const std::vector<int>& touched, std::vector<double>& theta, std::vector<Outputs>& out,
+bool model_runs(const AskedWheel& wheel, const std::vector<Run>& runs, const std::vector<Inputs>& in, Wanted wanted,
+                const std::vector<int>& touched, std::vector<double>& theta, std::vector<Outputs>& out,
                 std::vector<Slopes>* slopes) {
   theta.resize(runs.size(), 0.0);
   out.resize(runs.size());
@@ -247,7 +217,9 @@ bool model_runs(const bekker::EffectWheel& wheel, const std::vector<Run>& runs, 
         continue;
       }
       const auto effect = static_cast<Effect>(e);
-      if (effect == Effect::preparation_drift)
+      if (wheel.rig) {
+        if (wheel.rig->has(e)) ask(wheel.rig->looks().speed >> static_cast<unsigned>(e) & 1U ? speed : passes[0], e);
+      } else if (effect == Effect::preparation_drift)
         by_k_order = true;
       else if (effect == Effect::repetitive_loading)
         by_k_pass = true;
@@ -309,7 +281,7 @@ bool model_runs(const bekker::EffectWheel& wheel, const std::vector<Run>& runs, 
   return true;
 }
 
-bool model_run(const bekker::EffectWheel& wheel, const Run& run, const Inputs& in, Wanted wanted,
+bool model_run(const AskedWheel& wheel, const Run& run, const Inputs& in, Wanted wanted,
                const std::vector<int>& touched, double& theta_f, Outputs& out, Slopes* slopes) {
   std::vector<double> theta{theta_f};
   std::vector<Outputs> y;

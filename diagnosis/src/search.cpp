@@ -1,17 +1,23 @@
 #include "search.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <Eigen/QR>
 #include <algorithm>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 #include <ctime>
 
 #include "grouser/terrain/config.h"
+#include "importance.h"
 
 namespace grouser::diagnosis {
 namespace {
 
 constexpr int full = 25, quick = 5;  // iterations
+constexpr std::size_t most_finalists = 3;
+constexpr int evidence_draws = 64;
+constexpr double least_effective = 10, most_correction = 3;
 constexpr std::size_t shortlist = 12, most_drifts = 6, pair_bases = 6, most_pairs = 16;
 
 /// Sd of each value; where none is stated from the repeats, else from the range, to be scaled by fit_noise.
@@ -32,9 +38,12 @@ bool kinked_at_zero_slip(const std::string& id) {
   return id == "wheel_radius_error" || id == "flexible_wheel" || id == "lugs";
 }
 
+double kink_step(const std::string& id) { return id == "lugs" ? 0.003 : 0.01; }
+
 }  // namespace
 
-Search::Search(const DiagnosisCase& c, const RunTable& t, std::vector<Run> runs) : case_(c), stated_(t.stated_sd) {
+Search::Search(const DiagnosisCase& c, const RunTable& t, std::vector<Run> runs)
+    : case_(c), stated_(t.stated_sd), ordered_(t.has_order || t.has_time) {
   sd_ = sd_of(runs);
   for (const int e : visible_effects(c, t, runs)) all_.push_back(with_priors(effect_candidate(e), case_));
   named_ = all_.size();
@@ -194,7 +203,7 @@ void Search::rank() {
     if (!kinked || !rivals_[order[k]].fit.ok) continue;
     for (const double side : {-1.0, 1.0}) {  // both sides of the step at slip 0
       if (side < 0 && !radius) continue;
-      const double e = side * (radius ? 0.01 : id == "lugs" ? 0.003 : 0.01);
+      const double e = side * kink_step(id);
       Eigen::VectorXd x(none_.x.size() + 1);
       x << none_.x, e;
       Fit f = series_->fit(rivals_[order[k]].candidate, *whitener_, x, none_.theta, full);
@@ -273,6 +282,24 @@ void Search::rank_pairs() {
       pair.evidence = estimate - price(pair.candidate, estimate, pair.guess);
     }
   }
+  // Slopes at slip 0 say little of a wrong radius, lugs or a soft wheel: beside the best from both sides of the step.
+  const Rival& one = rivals_[singles[0]];
+  for (std::size_t i = 0; i < named_; ++i) {
+    const std::string& id = all_[i].id;
+    if (i == singles[0] || !kinked_at_zero_slip(id)) continue;
+    Rival& pair = rivals_[place[singles[0] * named_ + i]];
+    for (const double side : {-1.0, 1.0}) {
+      if (side < 0 && id != "wheel_radius_error") continue;
+      Eigen::VectorXd x(one.fit.x.size() + 1);
+      x << one.fit.x, side * kink_step(id);
+      const Candidate c = pair_of(one.candidate, all_[i]);
+      const Fit f = series_->fit(c, *whitener_, x, one.fit.theta, quick);
+      const double gain = f.ok ? 0.5 * (none_.objective() - f.objective()) : 0;
+      if (gain <= pair.gain && pair.base) continue;
+      pair.candidate = c, pair.base = true, pair.gain = gain, pair.guess = f.x;
+      pair.evidence = gain - price(c, gain, f.x);
+    }
+  }
   std::vector<Rival*> order;
   for (std::size_t r = all_.size(); r < rivals_.size(); ++r) order.push_back(&rivals_[r]);
   std::stable_sort(order.begin(), order.end(),
@@ -301,11 +328,17 @@ double Search::noise_dof(double parameters) const {
 void Search::weigh() {
   // The noise was fitted too: with scales known from nu squares, a loss of g in ln likelihood is one of nu/2 ln(1 + 2 g/nu) (Student).
   double most = 0;
-  for (const Rival& r : rivals_)
+  const Rival* leading = nullptr;
+  for (const Rival& r : rivals_) {
     if (r.refitted) most = std::max(most, r.gain);
+    if (r.refitted && r.fit.ok && (!leading || r.evidence + r.weight > leading->evidence + leading->weight))
+      leading = &r;
+  }
   const double nu = noise_dof(static_cast<double>(none_.x.size()) + 1);
   const auto student = [&](double g) { return -0.5 * nu * std::log1p(2 * std::max(most - g, 0.0) / nu); };
-  const double none = std::max(student(0), std::min(own_noise_gain() - most, 0.0));
+  // What more noise could explain is no effect; the leading account may have the noise that suits it as well.
+  const double relief = own_noise_gain(none_) - (leading ? own_noise_gain(leading->fit) : 0);
+  const double none = none_correction_ + std::max(student(0), std::min(relief - most, 0.0));
   const auto score = [&](const Rival& r) {
     return student(r.gain) + (r.evidence - r.gain) + r.weight - (r.refitted ? 0 : r.gain);
   };
@@ -323,6 +356,49 @@ void Search::weigh() {
   mixture_ = some / std::max(std::exp(none - top), 1e-300);
   std::stable_sort(rivals_.begin(), rivals_.end(),
                    [](const Rival& a, const Rival& b) { return a.posterior > b.posterior; });
+}
+
+/// Evidence of those that could still win by importance sampling of the full model (D11b): the integrand exp(-objective/2)/prod |a| over soil and
+/// amplitudes, against the normal that Laplace has in its place. What bends (the transition at slip 0, bounds) is in the first alone.
+void Search::correct_finalists() {
+  if (case_.rig.model()) return;  // every draw would be as many drives of the rig as there are runs
+  std::vector<Rival*> finalists;
+  for (Rival& r : rivals_)
+    if (r.refitted && r.fit.ok && finalists.size() < most_finalists &&
+        r.posterior * decisive * decisive > rivals_[0].posterior)
+      finalists.push_back(&r);
+  // Far from every decision nothing is corrected: nothing to declare, or one account far ahead of all others and of none.
+  if (mixture_ < 0.3 || (finalists.size() < 2 && mixture_ > 1e4)) return;
+  const auto correction = [&](const Candidate& c, const Fit& f) {
+    const Eigen::MatrixXd V = covariance(f);
+    const Eigen::Index p = series_->soil_parameters();
+    // Visible: beyond its error where all else is known, but no more than a third of the size found.
+    const Eigen::VectorXd least = V.inverse().diagonal().cwiseInverse().cwiseMin(f.x.cwiseAbs2() / 9);
+    constexpr double nowhere = -std::numeric_limits<double>::infinity();
+    const auto ln_density = [&](const Eigen::VectorXd& x) {
+      double ln = 0;
+      for (Eigen::Index i = 0; i < x.size(); ++i) {
+        const Term* t = i < p ? nullptr : &c.terms[static_cast<std::size_t>(i - p)];
+        const double low = t ? t->lower : series_->parameter(i).lower,
+                     high = t ? t->upper : series_->parameter(i).upper;
+        if (x[i] < low || x[i] > high) return nowhere;
+        if (!t || !c.named() || t->sd > 0) continue;
+        if (x[i] * f.x[i] <= 0 || x[i] * x[i] < least[i]) return nowhere;  // not visible
+        ln -= std::log(std::abs(x[i]));
+      }
+      std::vector<double> theta = f.theta;
+      Eigen::VectorXd y;
+      if (!series_->predict(c, x, theta, y)) return nowhere;
+      Eigen::MatrixXd u = series_->measured() - y;
+      whitener_->apply(u);
+      return ln - 0.5 * (u.squaredNorm() + series_->prior_penalty(c, x) - f.objective());
+    };
+    const Integral z = importance_integral(f.x, V, ln_density, evidence_draws);
+    return z.effective < least_effective ? 0 : std::clamp(z.ln - z.ln_normal, -most_correction, most_correction);
+  };
+  for (Rival* r : finalists) r->correction = correction(r->candidate, r->fit), r->evidence += r->correction;
+  if (mixture_ < 1e4) none_correction_ = correction(nominal_candidate(), none_);
+  weigh();
 }
 
 void Search::run() {
@@ -353,37 +429,9 @@ void Search::run() {
     }
   }
   weigh();
+  correct_finalists();
   seconds_ = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
 }
-
-namespace {
-
-/// How much more than white noise varies what changes slowly along the order of the runs: (1 + rho)/(1 - rho) for noise in which each run
-/// keeps rho of the last. From first differences d of whitened residuals, r_d(1) = -(1 - rho)/2, which slow changes hardly touch;
-/// all channels together. 1 where rho is within two of its standard errors, 0.1.
-double slow_noise(const Series& s, const Whitener& w, const Fit& f) {
-  Eigen::MatrixXd u = f.residual;
-  w.apply(u);
-  double square = 0, product = 0;
-  int n = 0;
-  for (int c = 0; c < channel_count; ++c) {
-    std::vector<std::pair<double, double>> along;
-    for (int i = 0; i < s.layout().size(); ++i)
-      if (s.layout()[i].channel == c)
-        along.emplace_back(s.runs()[static_cast<std::size_t>(s.layout()[i].run)].order, u(i, 0));
-    if (along.size() < 40) continue;
-    std::stable_sort(along.begin(), along.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    for (std::size_t i = 2; i < along.size(); ++i) {
-      const double a = along[i - 1].second - along[i - 2].second, b = along[i].second - along[i - 1].second;
-      product += a * b, square += 0.5 * (a * a + b * b), ++n;
-    }
-  }
-  if (n < 40 || !(square > 0)) return 1;
-  const double rho = 1 + 2 * product / square, error = 2 * std::sqrt(0.5 / n);
-  return rho > std::max(2 * error, 0.1) ? (1 + std::min(rho, 0.7)) / (1 - std::min(rho, 0.7)) : 1;
-}
-
-}  // namespace
 
 Search::Remainder Search::remainder(const Candidate& c, const Fit& f) const {
   Remainder out;
@@ -392,7 +440,10 @@ Search::Remainder Search::remainder(const Candidate& c, const Fit& f) const {
     if (!(c.effects.size() == 1 && o.effects == c.effects)) others.push_back(o);
   const ScoreTable scores(*series_, c, f, *whitener_, others);
   if (!scores.ok()) return out;
-  const double slow = slow_noise(*series_, *whitener_, f);
+  // What memory the noise still has beyond the one that it was given: slow changes are held against (1 + rho)/(1 - rho) of its variance.
+  Eigen::MatrixXd u = f.residual;
+  whitener_->apply(u);
+  const double rho = ordered_ ? run_to_run(series_->layout(), u.col(0)) : 0, slow = (1 + rho) / (1 - rho);
   for (std::size_t i = 0; i < others.size(); ++i) {
     const double gain = scores.of(i).gain / (others[i].variable == "order" ? slow : 1);
     if (!(gain > 0)) continue;
@@ -405,6 +456,39 @@ Search::Remainder Search::remainder(const Candidate& c, const Fit& f) const {
     if (p < out.p) out = {p, others[i].id, gain};
   }
   return out;
+}
+
+std::string Search::soil_in_disguise(const Candidate& c, const Fit& f, std::size_t term) const {
+  constexpr double own = 0.01;
+  std::vector<double> theta = f.theta;
+  Eigen::MatrixXd all;
+  if (!series_->all_slopes(c, f.x, theta, all)) return "";
+  const auto column = [&](int input, const Term* t) {
+    Eigen::VectorXd q = all.col(input);
+    if (t && t->shape.size())
+      for (int i = 0; i < series_->layout().size(); ++i) q[i] *= t->shape[series_->layout()[i].run];
+    return q;
+  };
+  Eigen::MatrixXd base(series_->layout().size(), soil_count + static_cast<Eigen::Index>(c.terms.size()) - 1);
+  for (int i = 0; i < static_cast<int>(soil_count); ++i) base.col(i) = column(i, nullptr);
+  Eigen::Index at = soil_count;
+  for (std::size_t t = 0; t < c.terms.size(); ++t)
+    if (t != term) base.col(at++) = column(c.terms[t].input, &c.terms[t]);
+  Eigen::MatrixXd q = column(c.terms[term].input, &c.terms[term]);
+  whitener_->apply(base);
+  whitener_->apply(q);
+  const double whole = q.norm();
+  if (!(whole > 0)) return "";
+  for (Eigen::Index i = 0; i < base.cols(); ++i)
+    if (base.col(i).norm() > 0) base.col(i).normalize();
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(base);
+  qr.setThreshold(1e-9);
+  const double left = (q.col(0) - base * qr.solve(q.col(0))).norm();
+  const double amplitude = f.x[series_->soil_parameters() + static_cast<Eigen::Index>(term)];
+  if (left > own * whole || left * std::abs(amplitude) > 1) return "";
+  Eigen::Index nearest = 0;
+  (base.leftCols(soil_count).transpose() * q.col(0)).cwiseAbs().maxCoeff(&nearest);
+  return soil_coordinates()[static_cast<std::size_t>(nearest)].name;
 }
 
 Eigen::MatrixXd Search::covariance(const Fit& f) const {

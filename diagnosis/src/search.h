@@ -10,9 +10,10 @@ namespace grouser::diagnosis {
 /// A candidate with what is known of it.
 struct Rival {
   Candidate candidate;
-  double gain = 0;      ///< ln likelihood over the nominal model, both at their best under the same noise
-  double evidence = 0;  ///< gain less the price of the amplitudes
-  double weight = 0;    ///< ln prior share
+  double gain = 0;        ///< ln likelihood over the nominal model, both at their best under the same noise
+  double evidence = 0;    ///< gain less the price of the amplitudes, corrected by importance sampling for finalists
+  double correction = 0;  ///< that correction
+  double weight = 0;      ///< ln prior share
   double posterior = 0;
   bool refitted = false;
   bool base = false;  ///< a pair estimated beside one of its effects
@@ -52,10 +53,16 @@ class Search {
     double gain = 0;
   };
   Remainder remainder(const Candidate& c, const Fit& f) const;
+  /// Soil value whose change does to these runs what this term of the candidate does, were all soil values free and unknown: what sets them apart
+  /// is then what the case says of the soil alone. Empty: none (more than 1 % of the fingerprint, or more than one noise sd, is its own).
+  std::string soil_in_disguise(const Candidate& c, const Fit& f, std::size_t term) const;
   /// Laplace standard deviations of the parameters of a fit.
   Eigen::MatrixXd covariance(const Fit& f) const;
   std::vector<std::array<double, channel_count>> stated_sd() const { return sd_; }
   std::array<double, channel_count> usual_sd() const;  ///< median over the rows that were measured
+  /// What the rows' own errors are multiplied by where no model is asked: 1 for a stated sd, unless repeats alone say more; else the
+  /// scale found. A scale that grew because no model follows the rows is no error of a row.
+  std::array<double, channel_count> statics_scale() const;
   /// Other effects that do exactly the same to these runs.
   const std::vector<std::string>& aliases(int entry) const;
   /// Degrees of freedom behind the sensors' scales.
@@ -66,23 +73,28 @@ class Search {
   void settle_noise();
   void weigh_runs(const Fit& f);
   void add_second(Candidate& best, Fit& f) const;
-  Noise noise_of(const Fit& f) const;
+  Noise noise_of(const Fit& f, bool& from_repeats) const;
+  double memory_of(const Fit& f, Noise noise) const;
   void set_whitener();
   void rank();
   void weigh();
+  void correct_finalists();
   void rank_pairs();
   void join_aliases();
   Candidate pair_of(const Candidate& a, const Candidate& b) const;
   double price(const Candidate& c, double gain, const Eigen::VectorXd& x) const;
-  double own_noise_gain() const;
+  /// In ln likelihood: by the noise that suits this fit best, over the noise that all accounts share.
+  double own_noise_gain(const Fit& fit) const;
 
   DiagnosisCase case_;
   std::array<bool, channel_count> stated_{};
+  bool ordered_ = false;  ///< the order of the runs is known
   std::vector<std::array<double, channel_count>> sd_;
   std::unique_ptr<Series> series_;
   std::vector<Candidate> all_;  ///< named effects, then drifts
   std::size_t named_ = 0;
   bool disowned_ = false;
+  bool from_repeats_ = false;                      ///< the scales are those of the repeats alone
   std::vector<std::vector<std::string>> aliases_;  ///< of each named candidate
   Noise noise_;
   Eigen::MatrixXd scatter_;
@@ -91,7 +103,7 @@ class Search {
   Fit none_;
   double none_own_ = 0;
   std::vector<Rival> rivals_;
-  double posterior_none_ = 1, posterior_unknown_ = 0, mixture_ = 0, seconds_ = 0;
+  double posterior_none_ = 1, posterior_unknown_ = 0, mixture_ = 0, seconds_ = 0, none_correction_ = 0;
 };
 
 /// Ln prior shares: a cause as likely as none; named 0.8, pairs 0.1, drifts 0.1 of it.

@@ -64,7 +64,8 @@ void Search::weigh_runs(const Fit& f) {
 }
 
 /// From the residuals; from the repeats alone where the residuals are larger than these allow (F test, 0.05).
-Noise Search::noise_of(const Fit& f) const {
+Noise Search::noise_of(const Fit& f, bool& from_repeats) const {
+  from_repeats = false;
   const bool scatter = series_->runs().size() >= 20;
   const DataLayout& l = series_->layout();
   const Noise all = fit_noise(l, f.residual, scatter_, noise_, stated_, scatter, static_cast<int>(f.x.size()));
@@ -72,13 +73,30 @@ Noise Search::noise_of(const Fit& f) const {
   if (!repeated) return all;
   Noise plain = noise_;
   plain.weight.clear();
+  plain.rho = 0;
   Noise own = fit_noise(repeated->layout, repeated->contrast, repeated->slopes, plain, stated_, scatter, 0);
   own.weight = noise_.weight;
   Eigen::MatrixXd u = f.residual;
   Whitener(l, own, scatter_).apply(u);
   const double dof = std::max(l.size() - static_cast<double>(f.x.size()), 1.0);
   const boost::math::fisher_f distribution(dof, repeated->layout.size());
-  return boost::math::cdf(boost::math::complement(distribution, u.squaredNorm() / dof)) < 0.05 ? own : all;
+  from_repeats = boost::math::cdf(boost::math::complement(distribution, u.squaredNorm() / dof)) < 0.05;
+  return from_repeats ? own : all;
+}
+
+std::array<double, channel_count> Search::statics_scale() const {
+  std::array<double, channel_count> out{};
+  for (std::size_t c = 0; c < channel_count; ++c) out[c] = stated_[c] && !from_repeats_ ? 1 : noise_.scale[c];
+  return out;
+}
+
+/// Correlation of the errors of one run and the next under this noise.
+double Search::memory_of(const Fit& f, Noise noise) const {
+  if (!ordered_) return 0;
+  noise.rho = 0;
+  Eigen::MatrixXd u = f.residual;
+  Whitener(series_->layout(), noise, scatter_).apply(u);
+  return run_to_run(series_->layout(), u.col(0));
 }
 
 /// A second cause that pays for itself: left in the residuals it would count as scatter of the soil.
@@ -132,22 +150,23 @@ void Search::settle_noise() {
     }
     scatter_ = series_->scatter_slopes(best, f);
     weigh_runs(f);
-    noise_ = noise_of(f);
+    noise_ = noise_of(f, from_repeats_);
     weigh_runs(f);
+    noise_.rho = memory_of(f, noise_);
     set_whitener();
     none_ = series_->fit(nominal_candidate(), *whitener_, none_.x, none_.theta, full);
     if (series_->layout().size() < few) look_further(*series_, *whitener_, none_);
   }
 }
 
-double Search::own_noise_gain() const {
-  // The nominal model with the noise that suits it best: what more noise could explain is no effect.
-  const Noise own = fit_noise(series_->layout(), none_.residual, scatter_, noise_, stated_,
-                              series_->runs().size() >= 20, static_cast<int>(none_.x.size()));
+double Search::own_noise_gain(const Fit& fit) const {
+  Noise own = fit_noise(series_->layout(), fit.residual, scatter_, noise_, stated_, series_->runs().size() >= 20,
+                        static_cast<int>(fit.x.size()));
+  own.rho = memory_of(fit, own);
   const Whitener w(series_->layout(), own, scatter_);
-  Fit f = none_;
+  Fit f = fit;
   series_->reweigh(f, w);
-  const double shared = none_.chi2 + whitener_->log_determinant() + noise_penalty(noise_, stated_);
+  const double shared = fit.chi2 + whitener_->log_determinant() + noise_penalty(noise_, stated_);
   const double best = f.chi2 + w.log_determinant() + noise_penalty(own, stated_);
   return std::max(0.0, 0.5 * (shared - best));
 }

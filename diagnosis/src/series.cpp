@@ -63,7 +63,7 @@ bool Series::evaluate(const Candidate& c, const Eigen::VectorXd& x, std::vector<
                       Eigen::MatrixXd* J) const {
   std::vector<Outputs> out;
   std::vector<Slopes> slopes;
-  if (!model_runs(case_.wheel, runs_, inputs(c, x), J ? Wanted::soil_and_touched : Wanted::value, touched(c), theta,
+  if (!model_runs(case_, runs_, inputs(c, x), J ? Wanted::soil_and_touched : Wanted::value, touched(c), theta,
                   out, J ? &slopes : nullptr))
     return false;
   y.resize(layout_.size());
@@ -91,7 +91,7 @@ bool Series::all_slopes(const Candidate& c, const Eigen::VectorXd& x, std::vecto
   out.resize(layout_.size(), input_count);
   std::vector<Outputs> y;
   std::vector<Slopes> slopes;
-  if (!model_runs(case_.wheel, runs_, inputs(c, x), Wanted::all, {}, theta, y, &slopes)) return false;
+  if (!model_runs(case_, runs_, inputs(c, x), Wanted::all, {}, theta, y, &slopes)) return false;
   for (int i = 0; i < layout_.size(); ++i)
     out.row(i) = slopes[static_cast<std::size_t>(layout_[i].run)].row(layout_[i].channel);
   return true;
@@ -116,7 +116,7 @@ Eigen::MatrixXd Series::scatter_slopes(const Candidate& c, const Fit& f) const {
   std::vector<double> theta = f.theta;
   std::vector<Outputs> y;
   std::vector<Slopes> slopes;
-  if (!model_runs(case_.wheel, runs_, inputs(c, f.x), Wanted::soil_and_touched, {}, theta, y, &slopes)) return out;
+  if (!model_runs(case_, runs_, inputs(c, f.x), Wanted::soil_and_touched, {}, theta, y, &slopes)) return out;
   for (int i = 0; i < layout_.size(); ++i)
     for (std::size_t k = 0; k < scattered.size(); ++k)
       out(i, static_cast<Eigen::Index>(k)) =

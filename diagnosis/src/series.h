@@ -81,6 +81,8 @@ class Series {
   /// Ceres, Levenberg-Marquardt with exact derivatives, under bounds and priors, from `start` moved inside the bounds.
   Fit fit(const Candidate& c, const Whitener& whitener, const Eigen::VectorXd& start, const std::vector<double>& theta,
           int iterations) const;
+  /// Sum of ((x - mean)/sd)^2 over all priors.
+  double prior_penalty(const Candidate& c, const Eigen::VectorXd& x) const;
   /// Recomputes chi2 for other noise.
   void reweigh(Fit& f, const Whitener& w) const;
   Eigen::VectorXd measured() const { return y_; }
@@ -91,7 +93,6 @@ class Series {
   friend class SeriesCost;
   bool evaluate(const Candidate& c, const Eigen::VectorXd& x, std::vector<double>& theta, Eigen::VectorXd& y,
                 Eigen::MatrixXd* J) const;
-  double prior_penalty(const Candidate& c, const Eigen::VectorXd& x) const;
   const DiagnosisCase& case_;
   std::vector<Run> runs_;
   DataLayout layout_;

@@ -27,6 +27,7 @@ std::vector<RowStatics> statics_of(const Search& s) {
   const double r = c.wheel.radius;
   const double steepest = std::tan(c.soil[3].mean + 2 * c.soil[3].sd), cohesion = c.soil[2].mean + 2 * c.soil[2].sd;
   const auto sd = s.stated_sd();
+  const auto grown = s.statics_scale();
   for (std::size_t i = 0; i < s.series().runs().size(); ++i) {
     const Run& run = s.series().runs()[i];
     const double F = run.value[0], T = run.value[1], z = run.value[2];
@@ -34,7 +35,7 @@ std::vector<RowStatics> statics_of(const Search& s) {
     const Angles a = angles_of(F, T, z, run.load, r);
     RowStatics row{run.line, run.slip, run.load, a.theta, a.theta_f, a.friction, 0, 0, false, false};
     for (std::size_t ch = 0; ch < channel_count; ++ch) {
-      const double step = sd[i][ch] * s.noise().scale[ch];
+      const double step = sd[i][ch] * grown[ch];
       const Angles b = angles_of(F + (ch == 0 ? step : 0), T + (ch == 1 ? step : 0),
                                  std::max(z - (ch == 2 ? std::min(step, 0.5 * z) : 0), 1e-9), run.load, r);
       row.theta_sd += std::pow(b.theta - b.theta_f - a.theta + a.theta_f, 2);

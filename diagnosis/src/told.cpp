@@ -48,9 +48,10 @@ std::string largest_misfit(const Diagnosis& d) {
         const double z = std::abs(m.sum) / std::sqrt(m.variance);
         if (z <= most) continue;
         most = z;
-        out = "With its soil refitted the model's " + std::string(channel_names()[ch].short_name) + " is " +
-              amount(ch, std::abs(m.sum / m.n), 2) + (m.sum > 0 ? " too low " : " too high ") + axis.says(x) + " (" +
-              short_number(z, 2) + " times the error" + (m.n > 1 ? " of the mean)" : ")");
+        out = std::string(soil_moved(d) ? "With its soil refitted the model's " : "The model's ") +
+              std::string(channel_names()[ch].short_name) + " is " + amount(ch, std::abs(m.sum / m.n), 2) +
+              (m.sum > 0 ? " too low " : " too high ") + axis.says(x) + " (" + short_number(z, 2) + " times the error" +
+              (m.n > 1 ? " of the mean)" : ")");
       }
     }
   return out.empty() ? out : out + ". ";
@@ -58,16 +59,17 @@ std::string largest_misfit(const Diagnosis& d) {
 
 std::string errors(const Diagnosis& d, const RunTable& data) {
   std::string out;
-  const bool extended = d.verdict != "adequate" && d.verdict != "parameter";
+  const bool extended = d.verdict != "adequate" && d.verdict != "parameter", moves = soil_moved(d);
   for (std::size_t ch = 0; ch < channel_count; ++ch) {
     if (!data.measured[ch]) continue;
     out += out.empty() ? " Error of " : "; ";
     out += std::string(channel_names()[ch].short_name) + " ";
-    if (d.stated) out += amount(ch, d.stated->rmse[ch]) + ", ";
+    if (d.stated && moves) out += amount(ch, d.stated->rmse[ch]) + ", ";
     out += amount(ch, d.nominal.rmse[ch]);
     if (extended) out += ", " + amount(ch, d.extended.rmse[ch]);
   }
   out += " (";
+  if (!moves) return out + (extended ? "as stated, extended)." : "as stated).");
   if (d.stated) out += "as stated, ";
   return out + (extended ? "refitted, extended)." : "refitted).");
 }
@@ -125,12 +127,17 @@ std::string short_number(double x, int digits) {
   return text;
 }
 
+bool soil_moved(const Diagnosis& d) {
+  return std::any_of(d.nominal.parameters.begin(), d.nominal.parameters.end(),
+                     [](const auto& p) { return std::abs(p.second.prior_z) > 0.01; });
+}
+
 std::string told(const Diagnosis& d, const RunTable& data, const std::string& cause) {
   std::string out = largest_misfit(d) + cause + errors(d, data) + what_moved(d);
   if (d.gain)
     out += " On runs never used (" + list_of(d.gain->withheld, " and ") + ") the error falls to " +
-           short_number(d.gain->rmse_ratio) + " of that of the refitted model [" + short_number(d.gain->low) + ", " +
-           short_number(d.gain->high) + "].";
+           short_number(d.gain->rmse_ratio) + " of that of the " + (soil_moved(d) ? "refitted" : "stated") +
+           " model [" + short_number(d.gain->low) + ", " + short_number(d.gain->high) + "].";
   return out + stretched_noise(d, data) + contradictions(d) + judged(d);
 }
 

@@ -221,6 +221,7 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
   const Split parts = split(data, withhold);
   d.runs = parts.kept;
   d.notes = data.notes;
+  d.notes.insert(d.notes.end(), c.notes.begin(), c.notes.end());
   Search s(c, data, parts.kept);
   s.run();
   d.rank_seconds = s.refit_seconds();
@@ -288,6 +289,8 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
   const Fit* extended_fit = &s.nominal();
   Search::Remainder left;
   std::vector<std::string> group_ids;
+  std::vector<std::pair<std::string, std::string>>
+      disguised;  // effect of the name, soil value that it cannot be told from
   const bool declared = best && s.mixture_bayes_factor() > decisive && best->refitted && best->fit.ok;
   if (!declared) {
     left = s.remainder(none, s.nominal());
@@ -351,6 +354,12 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
       extended = &named->candidate, extended_fit = &named->fit;
       bool alone = group.size() == 1 && unknown * decisive < named->posterior;
       for (const int e : named->candidate.effects) alone = alone && s.aliases(e).empty();
+      if (alone)
+        for (std::size_t k = 0; k < named->candidate.effects.size(); ++k) {
+          const std::string soil = s.soil_in_disguise(named->candidate, named->fit, k);
+          const EffectEntry& e = effect_entries()[static_cast<std::size_t>(named->candidate.effects[k])];
+          if (!soil.empty()) disguised.emplace_back(e.id, soil);
+        }
       if (alone && at_bound(*named)) {
         d.verdict = "unknown";
         d.notes.push_back(named->candidate.id + " would follow the runs, but only at the bound of what is physical");
@@ -358,6 +367,13 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
         d.verdict = "unknown";
         d.notes.push_back(named->candidate.id + " would follow the runs, but more than " + short_number(absurd) +
                           " times as large as such errors are");
+      } else if (alone && !disguised.empty() && named->candidate.effects.size() == 1) {
+        d.verdict = "parameter";
+        conflict = disguised[0].second;
+        d.notes.push_back(disguised[0].first + " does to these runs what another " + conflict +
+                          " does: only what the case says of " + conflict + " sets them apart");
+      } else if (alone && !disguised.empty()) {
+        d.verdict = "class";
       } else if (alone) {
         const Crossed x = cross(s, *named, d);
         d.verdict = x.agrees ? "named" : "class";
@@ -412,6 +428,15 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
       lack_of_fit(s, *extended_fit, extended->named() ? left : s.remainder(*extended, *extended_fit), ordered);
   if (d.verdict == "class" || d.verdict == "undecidable" || d.verdict == "unknown")
     d.next = next_experiments(s, group_ids);
+  if (!d.next.empty() && d.verdict != "undecidable") {
+    double most = 0;
+    for (const NextExperiment& e : d.next) most = std::max(most, e.chance);
+    if (most < 0.5)
+      d.notes.push_back("nothing in reach decides between " + list_of(d.next[0].decides) +
+                        ": neither 48 repeats of one condition, other loads (a quarter to four times), a wheel half or "
+                        "twice as wide nor a bench check; the surest of them has a chance of " +
+                        short_number(most, 2));
+  }
   if (d.verdict == "undecidable" && d.next.empty()) runs_to_begin_with(s, data, d);
   if (!parts.withheld.empty()) d.gain = gain_on(s, *extended, *extended_fit, parts.withheld, withhold);
 
@@ -429,6 +454,9 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
   if (d.verdict == "named")
     cause = "The cause of the misfit is " + d.cause + " (odds " +
             (second > 0 ? short_number(best->posterior / std::max(second, 1e-12), 2) : "many") + ":1 over the next).";
+  else if (d.verdict == "class" && !disguised.empty())
+    cause = list_of(d.members, " with ") + " accounts for the misfit, but " + disguised[0].first +
+            " does to these runs what another " + disguised[0].second + " does: nothing is named.";
   else if (d.verdict == "class")
     cause = d.members.size() > 1
                 ? "The misfit is real, but these runs cannot tell " + list_of(d.members) + " apart."
@@ -450,7 +478,8 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
   else if (d.verdict == "undecidable")
     cause = "The runs are too few or too noisy to tell anything apart.";
   else
-    cause = "The model with refitted soil follows the runs within their noise.";
+    cause = std::string("The model ") + (soil_moved(d) ? "with refitted soil " : "as stated ") +
+            "follows the runs within their noise.";
   d.sentence = told(d, data, cause);
   d.total_seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   return d;

@@ -12,20 +12,22 @@
 
 #include "grouser/terrain/file_target.h"
 #include "grouser/terrain/recorder.h"
+#include "grouser/terrain/state_stream.h"
 #include "recorder_hdf5.h"
 
 namespace grouser {
 
 using namespace hdf5;
 
-// The HDF5 image is made in memory and followed by 16 bytes: a mark and the hash of the image. HDF5 ignores what
-// follows its end, and a damaged file is found out before HDF5 looks at it.
+// HDF5 1.10 ends the program when it closes a file on a full disk: room for all is made first, which fails with a message.
+// The HDF5 file is followed by 16 bytes: a mark and the hash of what comes before. HDF5 ignores what follows its end, and
+// a damaged file is found out before HDF5 looks at it.
 namespace {
 
 constexpr std::array<char, 8> mark{'g', 'r', 'o', 'u', 's', 'e', 'r', '1'};
 
-std::uint64_t fnv(const char* p, std::size_t n) {
-  std::uint64_t h = 1469598103934665603ull;
+constexpr std::uint64_t fnv_begin = 1469598103934665603ull;
+std::uint64_t fnv(const char* p, std::size_t n, std::uint64_t h = fnv_begin) {
   for (std::size_t i = 0; i < n; ++i) h = (h ^ static_cast<unsigned char>(p[i])) * 1099511628211ull;
   return h;
 }
@@ -61,49 +63,88 @@ const void* content(const State::Field& f) {
   return f.byte.data();
 }
 
-std::vector<char> image(const Checkpoint& c, const std::filesystem::path& file) {
-  const Properties access = memory_access();
-  const File f(must(H5Fcreate("checkpoint", H5F_ACC_TRUNC, H5P_DEFAULT, access.get()), file, "make a checkpoint"));
-  const hid_t root = f.get();
-  write_text(root, format_attribute, checkpoint_format, file);
-  write_text(root, "scenario", c.scenario, file);
-  write_text(root, "version", c.version, file);
-  write_number(root, "time", c.time, file);
-  write_integer(root, "frames", static_cast<std::int64_t>(c.frames), file);
-  write_text(root, "state_hash", c.state.hash_text(), file);
-  write_integer(root, "fields", static_cast<std::int64_t>(c.state.fields().size()), file);
-  const Group group(must(H5Gcreate2(root, "state", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), file, "make a checkpoint"));
-  const Properties small(H5Pcreate(H5P_DATASET_CREATE));
-  H5Pset_layout(small.get(), H5D_COMPACT);
-  std::set<std::string> taken;
-  std::int64_t order = 0;
-  for (const State::Field& x : c.state.fields()) {
+/// Fields of a state as datasets of an HDF5 file.
+class FieldWriter {
+ public:
+  FieldWriter(hid_t root, const std::filesystem::path& file)
+      : file_(file),
+        group_(must(H5Gcreate2(root, "state", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), file, "make a checkpoint")),
+        small_(H5Pcreate(H5P_DATASET_CREATE)) {
+    H5Pset_layout(small_.get(), H5D_COMPACT);
+  }
+  void write(const State::Field& x) {
     const StoredKind k = stored_kind(x.kind);
-    const std::string name = flat_name(x.name, taken);
+    const std::string name = flat_name(x.name, taken_), doing = "store field '" + x.name + "'";
     const hsize_t n = x.size();
     const Dataspace space(H5Screate_simple(1, &n, nullptr));
-    const hid_t creation = n > 0 && n * H5Tget_size(k.stored) <= 4096 ? small.get() : H5P_DEFAULT;
+    const hid_t creation = n > 0 && n * H5Tget_size(k.stored) <= 4096 ? small_.get() : H5P_DEFAULT;
     const Dataset d(
-        must(H5Dcreate2(group.get(), name.c_str(), k.stored, space.get(), H5P_DEFAULT, creation, H5P_DEFAULT), file,
-             "store field '" + x.name + "'"));
-    if (n > 0)
-      must(H5Dwrite(d.get(), k.native, H5S_ALL, H5S_ALL, H5P_DEFAULT, content(x)), file,
-           "store field '" + x.name + "'");
-    write_integer(d.get(), "order", order++, file);
-    write_text(d.get(), "field", x.name, file);
+        must(H5Dcreate2(group_.get(), name.c_str(), k.stored, space.get(), H5P_DEFAULT, creation, H5P_DEFAULT), file_,
+             doing));
+    if (n > 0) must(H5Dwrite(d.get(), k.native, H5S_ALL, H5S_ALL, H5P_DEFAULT, content(x)), file_, doing);
+    write_integer(d.get(), "order", order_++, file_);
+    write_text(d.get(), "field", x.name, file_);
   }
+
+ private:
+  std::filesystem::path file_;
+  Group group_;
+  Properties small_;
+  std::set<std::string> taken_;
+  std::int64_t order_ = 0;
+};
+
+struct Written {
+  std::string hash;
+  std::uint64_t fields;
+};
+/// Hands every field to the writer.
+using Source = std::function<Written(FieldWriter&)>;
+
+/// Bytes that a field takes in the file, at most: its values, its name twice, headers.
+std::uint64_t room_of(const State::Field& f) {
+  return f.size() * H5Tget_size(stored_kind(f.kind).stored) + 2 * f.name.size() + 4096;
+}
+
+void write_image(const std::filesystem::path& place, const Checkpoint& head, const Source& source,
+                 const std::filesystem::path& file) {
+  const Properties access = file_access();
+  const File f(must(H5Fcreate(place.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get()), file, "make a checkpoint"));
+  const hid_t root = f.get();
+  write_text(root, format_attribute, checkpoint_format, file);
+  write_text(root, "scenario", head.scenario, file);
+  write_text(root, "version", head.version, file);
+  write_number(root, "time", head.time, file);
+  write_integer(root, "frames", static_cast<std::int64_t>(head.frames), file);
+  FieldWriter fields(root, file);
+  const Written all = source(fields);
+  write_text(root, "state_hash", all.hash, file);
+  write_integer(root, "fields", static_cast<std::int64_t>(all.fields), file);
   must(H5Fflush(root, H5F_SCOPE_LOCAL), file, "make a checkpoint");
-  const auto size = must(H5Fget_file_image(root, nullptr, 0), file, "make a checkpoint");
-  std::vector<char> bytes(static_cast<std::size_t>(size));
-  must(H5Fget_file_image(root, bytes.data(), bytes.size()), file, "make a checkpoint");
-  return bytes;
+}
+
+[[noreturn]] void fail_to_write(const std::filesystem::path& file) {
+  fail(file, std::string("cannot be written: ") + std::strerror(errno));
+}
+
+/// From the beginning; leaves the file at its end.
+std::uint64_t hash_of_file(int fd, const std::filesystem::path& file) {
+  std::vector<char> piece(std::size_t{1} << 20);
+  std::uint64_t h = fnv_begin;
+  for (;;) {
+    const ssize_t n = ::read(fd, piece.data(), piece.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail_to_write(file);
+    if (n == 0) return h;
+    h = fnv(piece.data(), static_cast<std::size_t>(n), h);
+  }
 }
 
 void write_all(int fd, const char* p, std::size_t n, const std::filesystem::path& file) {
   while (n > 0) {
     const ssize_t k = ::write(fd, p, n);
     if (k < 0 && errno == EINTR) continue;
-    if (k <= 0) fail(file, std::string("cannot be written: ") + std::strerror(errno));
+    if (k <= 0) fail_to_write(file);
     p += k;
     n -= static_cast<std::size_t>(k);
   }
@@ -116,30 +157,59 @@ struct Descriptor {
   }
 };
 
-}  // namespace
-
-void write_checkpoint(const std::filesystem::path& file, const Checkpoint& c) {
+void write(const std::filesystem::path& file, const Checkpoint& head, std::uint64_t room, const Source& source) {
   const Scope scope;
-  std::vector<char> bytes = image(c, file);
-  const std::uint64_t hash = fnv(bytes.data(), bytes.size());
-  bytes.insert(bytes.end(), mark.begin(), mark.end());
-  for (int i = 0; i < 8; ++i) bytes.push_back(static_cast<char>((hash >> (8 * i)) & 0xff));
-
   const FileTarget target = file_target(file);
   if (target.stream) fail(file, "is a device or a pipe; HDF5 needs a file of its own");
   const std::filesystem::path temporary = target.path.string() + ".part";
   {
-    const Descriptor d{::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)};
-    if (d.fd < 0) fail(file, std::string("cannot be written: ") + std::strerror(errno));
+    const Descriptor d{::open(temporary.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)};
+    if (d.fd < 0) fail_to_write(file);
+    errno = ::posix_fallocate(d.fd, 0, static_cast<off_t>(room + (1U << 16)));
+    if (errno != 0) {
+      const int why = errno;
+      std::filesystem::remove(temporary);
+      errno = why;
+      fail_to_write(file);
+    }
+    write_image(temporary, head, source, file);
+    H5garbage_collect();  // what HDF5 keeps for the next file: up to 20 MB
+    std::vector<char> bytes(mark.begin(), mark.end());
+    const std::uint64_t hash = hash_of_file(d.fd, file);
+    for (int i = 0; i < 8; ++i) bytes.push_back(static_cast<char>((hash >> (8 * i)) & 0xff));
     write_all(d.fd, bytes.data(), bytes.size(), file);
-    if (::fsync(d.fd) != 0) fail(file, std::string("cannot be written: ") + std::strerror(errno));
+    if (::fsync(d.fd) != 0) fail_to_write(file);
   }
-  if (std::rename(temporary.c_str(), target.path.c_str()) != 0)
-    fail(file, std::string("cannot be written: ") + std::strerror(errno));
+  if (std::rename(temporary.c_str(), target.path.c_str()) != 0) fail_to_write(file);
   // The new name itself must survive a power cut too.
   const Descriptor folder{::open(target.path.has_parent_path() ? target.path.parent_path().c_str() : ".",
                                  O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
   if (folder.fd >= 0) ::fsync(folder.fd);
+}
+
+}  // namespace
+
+void write_checkpoint(const std::filesystem::path& file, const Checkpoint& c) {
+  std::uint64_t room = 0;
+  for (const State::Field& f : c.state.fields()) room += room_of(f);
+  write(file, c, room, [&c](FieldWriter& out) {
+    for (const State::Field& f : c.state.fields()) out.write(f);
+    return Written{c.state.hash_text(), c.state.fields().size()};
+  });
+}
+
+void write_checkpoint(const std::filesystem::path& file, const Checkpoint& head,
+                      const std::function<void(State&)>& traverse) {
+  std::uint64_t room = 0;
+  StateStream counted([&room](const State::Field& f) { room += room_of(f); });
+  traverse(counted.state());
+  counted.finish();
+  write(file, head, room, [&traverse](FieldWriter& out) {
+    StateStream state([&out](const State::Field& f) { out.write(f); });
+    traverse(state.state());
+    state.finish();
+    return Written{state.hash_text(), state.fields()};
+  });
 }
 
 Checkpoint read_checkpoint(const std::filesystem::path& file) {

@@ -7,12 +7,15 @@
 #include <fstream>
 #include <sstream>
 
+#include "csv_rows.h"
 #include "text_check.h"
 
 namespace grouser {
 
 namespace {
-/// The first line of a table whose cells are separated by something else than commas.
+bool blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+}  // namespace
+
 void refuse_other_separator(const std::filesystem::path& file, const CsvFile::Row& first) {
   const bool commas = first.text.find(',') != std::string_view::npos;
   bool quoted = false;
@@ -26,14 +29,47 @@ void refuse_other_separator(const std::filesystem::path& file, const CsvFile::Ro
   }
 }
 
-bool blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
-
-std::string_view trimmed(std::string_view s) {
+std::string_view trimmed_csv(std::string_view s) {
   while (!s.empty() && blank(s.front())) s.remove_prefix(1);
   while (!s.empty() && blank(s.back())) s.remove_suffix(1);
   return s;
 }
-}  // namespace
+
+std::string_view take_line(std::string_view& rest) {
+  const std::size_t end = rest.find('\n');
+  std::string_view line = rest.substr(0, end);
+  rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
+  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  return line;
+}
+
+void refuse_unreadable(const std::filesystem::path& file) {
+  const bool folder = std::filesystem::is_directory(file);
+  throw ConfigError(file.string(), 0, 0,
+                    folder ? "this is a folder; a file is wanted" : "cannot read the file; is it there, and readable?");
+}
+
+bool split_record(const CsvFile::Row& line, std::vector<std::string>& columns, std::vector<CsvCell>& cells,
+                  FileErrors& errors) {
+  const bool closed = CsvFile::split(line.text, cells);
+  if (!closed) errors.add(line.line, cells.back().column, "the quoted cell is not closed");
+  if (columns.empty()) {
+    for (const CsvCell& c : cells) columns.push_back(c.text);
+    return false;
+  }
+  if (cells.size() == columns.size()) return true;
+  if (closed) {
+    const bool few = cells.size() < columns.size();
+    errors.add(line.line, few ? static_cast<int>(line.text.size()) : cells[columns.size()].column,
+               std::to_string(cells.size()) + (cells.size() == 1 ? " cell" : " cells") + " where the header has " +
+                   std::to_string(columns.size()) + "; separate cells by commas");
+  }
+  return false;
+}
+
+void add_empty_file(FileErrors& errors) {
+  errors.add(1, 1, "the file is empty; a header line and rows, cells separated by commas, are wanted");
+}
 
 void FileErrors::add(int line, int column, std::string message) {
   constexpr std::size_t limit = 20;
@@ -75,18 +111,14 @@ std::string read_text_file(const std::filesystem::path& file) {
   std::ostringstream text;
   // An empty file is read well, but inserting nothing sets the failbit of `text`.
   if (in && in.peek() != std::ifstream::traits_type::eof()) text << in.rdbuf();
-  const bool folder = std::filesystem::is_directory(file);
-  if (folder || !(in || in.eof()) || !text)
-    throw ConfigError(
-        file.string(), 0, 0,
-        folder ? "this is a folder; a file is wanted" : "cannot read the file; is it there, and readable?");
+  if (std::filesystem::is_directory(file) || !(in || in.eof()) || !text) refuse_unreadable(file);
   if (const auto wrong = find_non_text(text.view(), "a text file", false))
     throw ConfigError(file.string(), wrong->line, wrong->column, wrong->message);
   return std::move(text).str();
 }
 
 std::optional<double> parse_number(std::string_view cell) {
-  cell = trimmed(cell);
+  cell = trimmed_csv(cell);
   if (cell.size() > 1 && cell[0] == '+' && cell[1] != '-') cell.remove_prefix(1);
   double x = 0;
   const auto r = std::from_chars(cell.data(), cell.data() + cell.size(), x);
@@ -101,14 +133,10 @@ CsvFile CsvFile::read(const std::filesystem::path& file) {
   std::string_view rest = *f.text_;
   if (rest.substr(0, 3) == "\xEF\xBB\xBF") rest.remove_prefix(3);
   for (int number = 1; !rest.empty(); ++number) {
-    const std::size_t end = rest.find('\n');
-    std::string_view line = rest.substr(0, end);
-    rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
-    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-    const std::string_view text = trimmed(line);
+    const std::string_view line = take_line(rest), text = trimmed_csv(line);
     if (text.empty()) continue;
     if (text.front() == '#')
-      f.notes_.emplace_back(trimmed(text.substr(1)));
+      f.notes_.emplace_back(trimmed_csv(text.substr(1)));
     else
       f.rows_.push_back({number, line});
   }
@@ -139,11 +167,11 @@ bool CsvFile::split(std::string_view line, std::vector<CsvCell>& out) {
         }
       }
       const std::size_t comma = std::min(line.find(',', at), line.size());
-      cell.text += trimmed(line.substr(at, comma - at));
+      cell.text += trimmed_csv(line.substr(at, comma - at));
       at = comma;
     } else {
       const std::size_t comma = std::min(line.find(',', at), line.size());
-      cell.text = trimmed(line.substr(at, comma - at));
+      cell.text = trimmed_csv(line.substr(at, comma - at));
       at = comma;
     }
     if (!closed || at >= line.size()) break;
@@ -165,22 +193,9 @@ CsvRecords CsvRecords::read(const std::filesystem::path& file, FileErrors& error
   }
   t.notes = csv.notes();
   std::vector<CsvCell> cells;
-  for (const auto& [line, text] : csv.rows()) {
-    const bool closed = CsvFile::split(text, cells);
-    if (!closed) errors.add(line, cells.back().column, "the quoted cell is not closed");
-    if (t.columns.empty()) {
-      for (const CsvCell& c : cells) t.columns.push_back(c.text);
-    } else if (cells.size() == t.columns.size()) {
-      t.rows.push_back({line, cells});
-    } else if (closed) {
-      const bool few = cells.size() < t.columns.size();
-      errors.add(line, few ? static_cast<int>(text.size()) : cells[t.columns.size()].column,
-                 std::to_string(cells.size()) + (cells.size() == 1 ? " cell" : " cells") + " where the header has " +
-                     std::to_string(t.columns.size()) + "; separate cells by commas");
-    }
-  }
-  if (t.columns.empty())
-    errors.add(1, 1, "the file is empty; a header line and rows, cells separated by commas, are wanted");
+  for (const CsvFile::Row& r : csv.rows())
+    if (split_record(r, t.columns, cells, errors)) t.rows.push_back({r.line, cells});
+  if (t.columns.empty()) add_empty_file(errors);
   return t;
 }
 

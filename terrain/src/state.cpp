@@ -4,7 +4,54 @@
 #include <cstdio>
 #include <cstring>
 
+#include "grouser/terrain/state_stream.h"
+
 namespace grouser {
+
+namespace {
+/// 64-bit FNV-1a.
+constexpr std::uint64_t hash_begin = 1469598103934665603ull;
+
+void mix(std::uint64_t& h, const void* p, std::size_t n) {
+  const auto* b = static_cast<const unsigned char*>(p);
+  for (std::size_t i = 0; i < n; ++i) h = (h ^ b[i]) * 1099511628211ull;
+}
+void mix(std::uint64_t& h, const State::Field& f) {
+  const std::uint64_t n = f.size();
+  mix(h, f.name.data(), f.name.size());
+  mix(h, &f.kind, sizeof f.kind);
+  mix(h, &n, sizeof n);
+  mix(h, f.real.data(), f.real.size() * sizeof(double));
+  mix(h, f.integer.data(), f.integer.size() * sizeof(std::int64_t));
+  mix(h, f.byte.data(), f.byte.size());
+}
+
+std::string digits(std::uint64_t h) {
+  char buf[17];
+  std::snprintf(buf, sizeof buf, "%016llx", static_cast<unsigned long long>(h));
+  return buf;
+}
+
+/// The stream that was opened last in this thread: a State is copied and moved freely, so it knows of none itself.
+thread_local StateStream* stream_of_thread = nullptr;
+}  // namespace
+
+StateStream::StateStream(Take take) : take_(std::move(take)), hash_(hash_begin), outer_(stream_of_thread) {
+  stream_of_thread = this;
+}
+StateStream::~StateStream() { stream_of_thread = outer_; }
+
+void StateStream::take_all(const std::vector<State::Field>& fields) {
+  for (const State::Field& f : fields) {
+    mix(hash_, f);
+    ++count_;
+    if (take_) take_(f);
+  }
+}
+void StateStream::finish() {
+  take_all(state_.fields());
+  state_.rewind(State::Mode::save);
+}
 
 std::size_t State::Field::size() const {
   return kind == Kind::real ? real.size() : kind == Kind::integer ? integer.size() : byte.size();
@@ -30,6 +77,11 @@ void State::finish() const {
 State::Field& State::next(std::string_view name, Kind kind) {
   std::string full = prefix_ + std::string(name);
   if (!loading()) {
+    for (StateStream* s = stream_of_thread; s; s = s->outer_)
+      if (&s->state_ == this) {
+        s->take_all(fields_);
+        fields_.clear();
+      }
     fields_.push_back({std::move(full), kind, {}, {}, {}});
     return fields_.back();
   }
@@ -103,28 +155,13 @@ void State::field(std::string_view name, std::vector<std::uint8_t>& x) {
 }
 
 std::uint64_t State::hash() const {
-  std::uint64_t h = 1469598103934665603ull;
-  auto mix = [&h](const void* p, std::size_t n) {
-    const auto* b = static_cast<const unsigned char*>(p);
-    for (std::size_t i = 0; i < n; ++i) h = (h ^ b[i]) * 1099511628211ull;
-  };
-  for (const Field& f : fields_) {
-    const std::uint64_t n = f.size();
-    mix(f.name.data(), f.name.size());
-    mix(&f.kind, sizeof f.kind);
-    mix(&n, sizeof n);
-    mix(f.real.data(), f.real.size() * sizeof(double));
-    mix(f.integer.data(), f.integer.size() * sizeof(std::int64_t));
-    mix(f.byte.data(), f.byte.size());
-  }
+  std::uint64_t h = hash_begin;
+  for (const Field& f : fields_) mix(h, f);
   return h;
 }
 
-std::string State::hash_text() const {
-  char buf[17];
-  std::snprintf(buf, sizeof buf, "%016llx", static_cast<unsigned long long>(hash()));
-  return buf;
-}
+std::string State::hash_text() const { return digits(hash()); }
+std::string StateStream::hash_text() const { return digits(hash_); }
 
 namespace {
 template <class T, class ToText>

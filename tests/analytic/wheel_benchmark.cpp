@@ -20,7 +20,8 @@ int main() {
   soil.bekker = test::mojave();
   const GroundPtr flat = flat_ground();
   const GroundPtr rough = test::ground_of([](double x, double) { return 0.01 * (x - std::floor(x)); }, 1e-3);
-  for (const ModelInfo& model : all_models().models())
+  for (const ModelInfo& model : all_models().models()) {
+    if (model.id == "sdem.v1") continue;  // needs tables
     for (const auto& [name, ground] : {std::pair{"flat", flat}, std::pair{"rough", rough}})
       for (const double vx : {0.0, 0.3}) {
         auto terrain = model.make({soil, ground, {}, 9.81});
@@ -39,4 +40,5 @@ int main() {
         std::printf("%-14s %-5s v %.1f m/s: %7.0f ns per wheel and step\n", model.id.c_str(), name, vx,
                     (cpu_seconds() - start) / n / 4 * 1e9);
       }
+  }
 }

@@ -50,7 +50,7 @@ TEST(Run, RefusesToReplaceEarlierResultsUnlessAsked) {
 TEST(Run, UnknownTerrainIsNamedWithTheNearest) {
   expect_error(
       "run examples/02_robot_rough_ground/robot_sinusoid.yaml --terrain rigd",
-      "--terrain: unknown terrain model 'rigd'; did you mean 'rigid'? Known: rigid, bekker.steady, bekker.soil_node, dem.sphere\n");
+      "--terrain: unknown terrain model 'rigd'; did you mean 'rigid'? Known: rigid, bekker.steady, bekker.soil_node, dem.sphere, sdem.v1\n");
 }
 
 TEST(Run, DurationNeedsAUnit) {
@@ -130,7 +130,7 @@ TEST(Doctor, FindsThisBuildWell) {
 TEST(Command, UnknownCommandIsNamedWithTheNearest) {
   expect_error("runn x",
                "unknown command 'runn'; did you mean 'run'? Known: run, rig, resume, check, list, report, compare, "
-               "doctor, plot, fit, diagnose, bekker, soil, dem\n");
+               "doctor, plot, fit, diagnose, bekker, soil, dem, sdem\n");
 }
 
 }  // namespace

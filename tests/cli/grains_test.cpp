@@ -1,5 +1,8 @@
 // Soil tests, runs and beds of grains as a user calls them: results, messages, and what is left after a kill.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstdio>
@@ -225,6 +228,91 @@ TEST(DemRun, OverlappingGrainsAreNamed) {
   std::ofstream(scratch() / "o.csv") << "x,y,z,radius,density\n0,0,0.01,0.005,2500\n0.004,0,0.01,0.005,2500\n";
   changed(quick / "collision.yaml", "data/eight_grains.csv", "o.csv", "o.yaml");
   expect_message("dem run o.yaml --out o", 2, "grains 0 and 1 overlap");
+  expect_message("dem run o.yaml --out o", 2, "o.csv:3:1: ");
+  expect_message("dem run o.yaml --out o", 2, "o.csv:2, grain 1 is ");
+}
+
+TEST(DemRun, GrainsOfSeveralFilesAreNamedByFileAndLine) {
+  // Notes and blank lines count as lines; grains are numbered through: 0 and 1 in the first file, 2 and 3 in the second.
+  std::ofstream(scratch() / "one.csv")
+      << "# note\nx,y,z,radius,density\n\n0,0,0.01,0.005,2500\n0.03,0,0.01,0.005,2500\n";
+  std::ofstream(scratch() / "two.csv")
+      << "x,y,z,radius,density\n0,0.03,0.01,0.005,2500\n# note\n0.034,0,0.01,0.005,2500\n";
+  changed(quick / "collision.yaml", "grains: {file: data/eight_grains.csv}",
+          "grains: [{file: one.csv}, {file: two.csv}]", "several.yaml");
+  const CommandResult r = grouser_command("dem run several.yaml --out several", scratch());
+  EXPECT_EQ(r.code, 2);
+  EXPECT_NE(r.err.find("two.csv:4:1: grains 1 and 3 overlap by 0.006 m"), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find("one.csv:5, grain 3 is "), std::string::npos) << r.err;
+  // Each wrong cell of each file at its place.
+  std::ofstream(scratch() / "two.csv") << "x,y,z,radius,density\n0,nan,0.01,0.005,2500\n0,0,0.05,0,2500\n";
+  const CommandResult wrong = grouser_command("dem run several.yaml --out several", scratch());
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_NE(wrong.err.find("two.csv:2:3: y: 'nan' is not a number"), std::string::npos) << wrong.err;
+  EXPECT_NE(wrong.err.find("two.csv:3:10: radius 0 must be positive"), std::string::npos) << wrong.err;
+  // Apart they run, and all four are there at the end.
+  std::ofstream(scratch() / "two.csv") << "x,y,z,radius,density\n0,0.03,0.01,0.005,2500\n0.03,0.03,0.01,0.005,2500\n";
+  const CommandResult good = grouser_command("dem run several.yaml --quiet --out several", scratch());
+  EXPECT_EQ(good.code, 0) << good.err;
+  EXPECT_EQ(good.out.find("4 grains, "), 0u) << good.out;
+}
+
+TEST(DemRun, AGrainInsideABodyIsNamedByLineAndBody) {
+  // The plate's top is at z = 0: the second grain's centre lies 1 mm below.
+  std::ofstream(scratch() / "b.csv") << "x,y,z,radius,density\n0,0,0.03,0.005,2500\n0.02,0,-0.001,0.005,2500\n";
+  changed(quick / "collision.yaml", "data/eight_grains.csv", "b.csv", "b.yaml");
+  const CommandResult r = grouser_command("dem run b.yaml --out b", scratch());
+  EXPECT_EQ(r.code, 2);
+  EXPECT_NE(r.err.find("b.csv:3:1: grain 1 at "), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find("body 0 is 'plate'"), std::string::npos) << r.err;
+}
+
+TEST(DemRun, AGrainOutsideTheDomainIsNamedByLine) {
+  std::ofstream(scratch() / "d.csv") << "x,y,z,radius,density\n0,0,0.03,0.005,2500\n0,0,0.2,0.005,2500\n";
+  changed(quick / "collision.yaml", "data/eight_grains.csv", "d.csv", "d.yaml");
+  expect_message("dem run d.yaml --out d", 2, "d.csv:3:1: grain 1: z = 0.2 m is outside the domain");
+}
+
+/// Largest memory of one run of the command [bytes].
+double largest_memory(const std::vector<std::string>& arguments) {
+  const pid_t child = fork();
+  if (child == 0) {
+    std::vector<char*> argv{const_cast<char*>(GROUSER_COMMAND)};
+    for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
+    argv.push_back(nullptr);
+    std::freopen("/dev/null", "w", stdout);
+    if (chdir(scratch().c_str()) == 0) execv(GROUSER_COMMAND, argv.data());
+    _exit(127);
+  }
+  int status = -1;
+  rusage use{};
+  EXPECT_EQ(wait4(child, &status, 0, &use), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+  return 1024.0 * static_cast<double>(use.ru_maxrss);
+}
+
+TEST(DemRun, MemoryFromReadingToTheFinalStateIsBelow400BytesAGrain) {
+  // A lattice whose neighbours along x and y overlap by 1 % of the diameter and are listed along z: two contacts and three
+  // neighbours a grain, as in a bed.
+  const auto write = [](const std::string& name, int n) {
+    std::ofstream csv(scratch() / (name + ".csv"));
+    csv << "x,y,z,radius,density,vx,vy,vz,wx,wy,wz,material,frozen\n";
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j)
+        for (int k = 0; k < n; ++k)
+          csv << 0.00495 * i << ',' << 0.00495 * j << ',' << 0.0025 + 0.0054 * k << ",0.0025,3100,0,0,0,0,0,0,soil,0\n";
+    std::ofstream(scratch() / (name + ".yaml"))
+        << "dem: memory\ndomain: {lower: [0 mm, 0 mm, -1 mm], upper: [" << 4.95 * n << " mm, " << 4.95 * n << " mm, "
+        << 20 + 5.4 * n << " mm], periodic: [x, y]}\ngrains: {file: " << name
+        << ".csv}\nlaw: {rolling: constant}\nmaterials: [{name: soil, young_modulus: 70 MPa, poisson_ratio: 0.35}]\n"
+           "pairs: [{of: [soil, soil], friction: 0.8, restitution: 0.4, rolling_coefficient: 0.3}]\ntime_step: 2 us\n"
+           "duration: 40 us\nbodies: [{name: floor, material: soil, surfaces: [{plane: {normal: [0, 0, 1]}}]}]\n";
+  };
+  write("few", 10);
+  write("many", 62);
+  const double few = largest_memory({"dem", "run", "few.yaml", "--quiet"}),
+               many = largest_memory({"dem", "run", "many.yaml", "--quiet"});
+  EXPECT_LT((many - few) / (62.0 * 62 * 62 - 1000), 400);
 }
 
 TEST(DemRun, AnUnstableStepStopsByName) {

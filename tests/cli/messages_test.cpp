@@ -24,7 +24,7 @@ TEST_P(Mistakes, EndWithCode2AndNameTheRemedy) {
 const std::string rig = "03_single_wheel_rig/hit_ding.yaml", scenario = "02_robot_rough_ground/robot_iso_e.yaml";
 
 #ifdef GROUSER_DEM
-const std::string with_dem = ", soil, dem";
+const std::string with_dem = ", soil, dem, sdem";
 #else
 const std::string with_dem;
 #endif
@@ -76,7 +76,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"list_unknown_ground", "list grounds moon",
                 "list grounds: no 'moon'. 'grouser list grounds' shows all 10\n"},
         Mistake{"list_unknown_model", "list models mud",
-                "list: unknown terrain model 'mud'. Known: rigid, bekker.steady, bekker.soil_node, dem.sphere\n"},
+                "list: unknown terrain model 'mud'. Known: rigid, bekker.steady, bekker.soil_node, dem.sphere, sdem.v1\n"},
         Mistake{"check_table", "check grounds/data/crater_field.csv",
                 "grounds/data/crater_field.csv: a table alone says nothing of its use; check the ground, rig, fit or "
                 "figures file that names it\n"},

@@ -92,6 +92,7 @@ inline const Registry& tested_models() {
   static const Registry registry = [] {
     Registry r;
     for (const ModelInfo& m : all_models().models()) {
+      if (m.id == "sdem.v1") continue;  // needs tables and rounds as published: tests/sdem asks what can be asked of it
       // Grains: small bricks and little soil, for time.
       r.add(m.id == "dem.sphere" ? with_defaults(m, {"relief: 50 mm", "brick: 100 mm", "reach: 50 mm"}) : m);
       const std::string key = "closure: local";

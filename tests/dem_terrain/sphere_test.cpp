@@ -218,6 +218,42 @@ TEST(Sphere, SlipsWithoutTorqueWhereGrainsAndWheelHaveNoFriction) {
   }
 }
 
+/// Lengths along x and y of the soil that moves under a wheel that stands along x [m], and the impulse on it.
+struct Patch {
+  double x = 0, y = 0;
+  Vec3 impulse = Vec3::Zero();
+};
+Patch patch_of(const std::string& reach) {
+  const auto t = coarse_terrain(flat_ground(0.3), 1,
+                                "{depth: 50 mm, relief: 20 mm, brick: 80 mm, period: [80 mm, 80 mm], " + reach + "}");
+  BodyMotion m;
+  m.X_WB_begin = m.X_WB_end = Pose{Vec3(0.04, 0.04, 0.3 + kRadius - 0.005), Quat::Identity()};
+  Patch p;
+  p.impulse = step_one(*t, 0, 1e-3, m).impulse;
+  Vec2 lo(1e9, 1e9), hi = -lo;
+  for (const auto& g : dynamic_cast<const SoilPoints&>(*t).soil_points(1000000)) {
+    lo = lo.cwiseMin(Vec2(g[0], g[1]));
+    hi = hi.cwiseMax(Vec2(g[0], g[1]));
+  }
+  p.x = hi.x() - lo.x();
+  p.y = hi.y() - lo.y();
+  return p;
+}
+
+TEST(Sphere, LengthAndWidthOfThePatchAreSetApart) {
+  // 160 mm more of reach are two bricks of 80 mm more on either side, 320 mm; a grain may lie 10 mm off a brick's border.
+  const Patch both = patch_of("reach: 60 mm"),
+              apart = patch_of("reach: 10 mm, reach_along: 60 mm, reach_across: 60 mm"),
+              longer = patch_of("reach: 60 mm, reach_along: 220 mm"),
+              wider = patch_of("reach: 60 mm, reach_across: 220 mm");
+  EXPECT_EQ(both.impulse, apart.impulse);
+  EXPECT_EQ(both.x, apart.x);
+  EXPECT_NEAR(longer.x - both.x, 0.32, 0.02);
+  EXPECT_NEAR(longer.y - both.y, 0, 0.02);
+  EXPECT_NEAR(wider.y - both.y, 0.32, 0.02);
+  EXPECT_NEAR(wider.x - both.x, 0, 0.02);
+}
+
 TEST(Sphere, ShowsTheGrainsOfTheTwoUpperLayersNearTheWheelWhereTheyAreInTheWorld) {
   // Far from the origin, beyond several lengths of the torus.
   const auto t = coarse_terrain(flat_ground(0.3), 1,

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "../../diagnosis/src/bench_check.h"
+#include "../../diagnosis/src/importance.h"
 #include "../../diagnosis/src/lack_of_fit.h"
 #include "../../diagnosis/src/replicates.h"
 #include "grouser/diagnosis/design.h"
@@ -64,6 +65,104 @@ TEST(Whitener, IsTheInverseRootOfTheDenseCovariance) {
   w.apply(u);
   EXPECT_NEAR(u.squaredNorm(), r.col(0).dot(C.inverse() * r.col(0)), 1e-9 * u.squaredNorm());
   EXPECT_NEAR(w.log_determinant(), std::log(C.determinant()), 1e-9 * std::abs(w.log_determinant()));
+}
+
+/// 200 runs in a file, order mixed against the rows, with AR(1) errors of unit size along the order in each channel.
+struct Remembering {
+  std::vector<diagnosis::Run> runs;
+  std::vector<std::array<double, channel_count>> sd;
+  std::vector<int> place;  ///< of each run in the order
+  std::array<std::vector<double>, channel_count> error;
+};
+Remembering remembering(double rho, unsigned seed) {
+  Remembering out;
+  const int n = 200;
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < n; ++i) out.place.push_back((i * 37) % n);
+  for (auto& e : out.error)
+    for (int i = 0; i < n; ++i)
+      e.push_back(i == 0 ? normal(random) : rho * e.back() + std::sqrt(1 - rho * rho) * normal(random));
+  for (int i = 0; i < n; ++i) {
+    diagnosis::Run r = run_of(0.1, 100, i, i);
+    r.line = i + 2, r.order = out.place[static_cast<std::size_t>(i)] / (n - 1.0);
+    out.runs.push_back(r), out.sd.push_back({2, 0.2, 0.0015});
+  }
+  return out;
+}
+
+// Dense covariance sd_i sd_j rho^|places apart| within a channel; nothing scatters between preparations.
+TEST(Whitener, KnowsNoiseThatRemembersTheLastRun) {
+  const Remembering x = remembering(0, 1);
+  const DataLayout layout(x.runs, x.sd);
+  Noise noise;
+  noise.rho = 0.4, noise.weight.assign(x.runs.size(), 1);
+  std::mt19937 random(8);
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(layout.size(), layout.size()), r(layout.size(), 1);
+  for (int i = 0; i < layout.size(); ++i) {
+    r(i, 0) = layout[i].sd * normal(random);
+    for (int j = 0; j < layout.size(); ++j)
+      if (layout[i].channel == layout[j].channel)
+        C(i, j) = layout[i].sd * layout[j].sd *
+                  std::pow(0.4, std::abs(x.place[static_cast<std::size_t>(layout[i].run)] -
+                                         x.place[static_cast<std::size_t>(layout[j].run)]));
+  }
+  const Whitener w(layout, noise, Eigen::MatrixXd::Zero(layout.size(), 2));
+  Eigen::MatrixXd u = r;
+  w.apply(u);
+  const Eigen::LLT<Eigen::MatrixXd> llt(C);
+  const double ln_det = 2 * llt.matrixLLT().diagonal().array().log().sum();
+  EXPECT_NEAR(u.squaredNorm(), r.col(0).dot(llt.solve(r.col(0))), 1e-9 * u.squaredNorm());
+  EXPECT_NEAR(w.log_determinant(), ln_det, 1e-9 * std::abs(ln_det));
+}
+
+// 594 differences: the standard error of rho is 2 sqrt(1/(2 594)) = 0.06; four of them. White noise is left white.
+TEST(Memory, IsFoundFromFirstDifferencesWhateverChangesSlowly) {
+  for (const double rho : {0.0, 0.4}) {
+    const Remembering x = remembering(rho, 5);
+    const DataLayout layout(x.runs, x.sd);
+    Eigen::VectorXd u(layout.size());
+    for (int i = 0; i < layout.size(); ++i) {
+      const int at = x.place[static_cast<std::size_t>(layout[i].run)];
+      u[i] = x.error[static_cast<std::size_t>(layout[i].channel)][static_cast<std::size_t>(at)] + std::sin(0.03 * at);
+    }
+    if (rho == 0)
+      EXPECT_EQ(run_to_run(layout, u), 0);
+    else
+      EXPECT_NEAR(run_to_run(layout, u), rho, 0.24);
+  }
+}
+
+// Int x^a exp(-x) dx = Gamma(a + 1): exactly 1 at a = 1, where the normal at the mode says exp(-1) sqrt(2 pi) = 0.922. Proposals of unit
+// sd around 1 with heavy tails: the weights vary by about their mean, so 4000 draws know the mean to 2 %.
+TEST(Importance, AgreesWithTheGammaFunction) {
+  Eigen::VectorXd mode(1);
+  mode << 1;
+  const Integral z = importance_integral(
+      mode, Eigen::MatrixXd::Identity(1, 1),
+      [](const Eigen::VectorXd& x) { return x[0] > 0 ? std::log(x[0]) - x[0] : -INFINITY; }, 4000);
+  EXPECT_NEAR(std::exp(z.ln), 1, 0.06);
+  EXPECT_NEAR(std::exp(z.ln_normal), 0.9221, 1e-4);
+  EXPECT_GT(z.effective, 1000);
+}
+
+// Two parameters on a bent ridge that a bound cuts: 400 by 400 points of a grid against 4000 draws; the normal at the mode is off by half.
+TEST(Importance, AgreesWithDenseQuadratureOfABentRidge) {
+  const auto ln_density = [](const Eigen::VectorXd& x) {
+    const double b = x[1] - 0.4 * x[0] * x[0];
+    return x[0] < -0.5 ? -static_cast<double>(INFINITY) : -0.5 * (x[0] * x[0] / 1.5 + b * b / 0.3);
+  };
+  double sum = 0;
+  const double h = 0.02;
+  Eigen::VectorXd x(2);
+  for (x[0] = -0.5 + 0.5 * h; x[0] < 8; x[0] += h)
+    for (x[1] = -4; x[1] < 16; x[1] += h) sum += h * h * std::exp(ln_density(x));
+  Eigen::MatrixXd V = Eigen::MatrixXd::Zero(2, 2);
+  V(0, 0) = 1.5, V(1, 1) = 0.3;
+  const Integral z = importance_integral(Eigen::VectorXd::Zero(2), V, ln_density, 4000);
+  EXPECT_NEAR(z.ln, std::log(sum), 0.08);
+  EXPECT_GT(std::abs(z.ln_normal - std::log(sum)), 0.3);
 }
 
 // 60 conditions, three repeats, ln k scattering by 8 % and phi by 0.015: sd of an estimate from 120 contrasts is 6.5 %; 25 % is four of them.

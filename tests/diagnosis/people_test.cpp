@@ -1,6 +1,9 @@
 // What a person is told beside the cause: the model as stated, what the refit needed, soil judged under priors, statics, known effects.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <sstream>
+
 #include "support.h"
 
 namespace grouser::diagnosis {
@@ -8,6 +11,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr auto unchanged = [](auto&, double, double, double) {};
 
@@ -134,6 +138,52 @@ TEST_F(DiagnoseTest, ARowThatContradictsStaticsIsNamedByItsLine) {
   EXPECT_TRUE(d.statics[0].outside);
   EXPECT_FALSE(d.statics[1].outside);
   EXPECT_THAT(d.sentence, HasSubstr("line 2"));
+}
+
+// Locked rows that show drag without torque: no soil law follows them, so the noise grows. The rows contradict statics by their own errors all the
+// same: pushed from 45 degrees at 60 N, where the contact ends near 31, with 2 degrees of error.
+TEST_F(DiagnoseTest, AMisfitThatSwallowsNoiseDoesNotHideAContradiction) {
+  const Diagnosis d = diagnose(given(),
+                               table(series(
+                                   [](auto& y, double slip, double load, double) {
+                                     if (slip < -0.3) y[0] = -load, y[1] = -0.1;
+                                   },
+                                   9)),
+                               {});
+  // With errors grown like the noise the rows would pass.
+  EXPECT_GT(*std::max_element(d.noise_scale.begin(), d.noise_scale.end()), 3);
+  int seen = 0, flagged = 0;
+  for (const RowStatics& r : d.statics)
+    if (r.slip < -0.3 && r.load < 100) ++seen, flagged += r.outside ? 1 : 0;
+  EXPECT_EQ(seen, 2);
+  EXPECT_EQ(flagged, seen);
+}
+
+TEST_F(DiagnoseTest, NothingIsCalledRefittedWhereNothingCouldMove) {
+  const DiagnosisCase held = given_with("", R"(k: {value: 254.1 kPa, ln_sd: 0.30}, n: {value: 1.387, sd: 0.14}}
+  shear: {type: A, c: {value: 139.28 Pa, sd: 415 Pa}, phi: {value: 0.606 rad, sd: 0.0502 rad}, K: {value: 0.5151 mm, ln_sd: 1.0}}
+  angles: {a0: {value: 0.18, sd: 0.2}, a1: {value: 0.32, sd: 0.2}})",
+                                        R"(k: {value: 180 kPa}, n: {value: 1.387}}
+  shear: {type: A, c: {value: 139.28 Pa}, phi: {value: 0.5 rad}, K: {value: 0.5151 mm}}
+  angles: {a0: {value: 0.18}, a1: {value: 0.32}})");
+  const Diagnosis d = diagnose(held, table(series(unchanged, 3)), {});
+  EXPECT_THAT(d.sentence, Not(HasSubstr("efitted"))) << d.sentence;
+  EXPECT_THAT(d.sentence, HasSubstr("as stated"));
+}
+
+// True K 0.7 mm, held at 3 mm. At 225 N alone K (W/100 N)^k is another K, here k = -1.8: it follows the runs, and names nothing but K.
+TEST_F(DiagnoseTest, AnEffectThatIsASoilShiftInThesePlansIsCalledThat) {
+  std::istringstream all(series(unchanged, 3));
+  std::string line, one_load;
+  for (int i = 0; std::getline(all, line); ++i)
+    if (i == 0 || line.find(",0.13,225,") != std::string::npos) one_load += line + "\n";
+  const RunTable t = table(one_load);
+  DiagnosisCase c = given_with("", "K: {value: 0.5151 mm, ln_sd: 1.0}", "K: {value: 3 mm}");
+  c.effects = {"shear_modulus_load"};
+  const Diagnosis d = diagnose(c, t, {});
+  EXPECT_EQ(d.verdict, "parameter") << d.sentence;
+  EXPECT_TRUE(d.cause.empty());
+  EXPECT_THAT(d.sentence, HasSubstr("K"));
 }
 
 TEST_F(DiagnoseTest, AnEmptyListOfCausesGivesAFit) {

@@ -152,7 +152,10 @@ TEST_F(SeriesTest, AtOneSpeedCannotTellRelaxationFromFilterAndSaysWhatWould) {
   EXPECT_THAT(t.d.members, ::testing::UnorderedElementsAre("relaxation_length", "filter"));
   ASSERT_FALSE(t.d.next.empty());
   EXPECT_GT(std::abs(std::log(t.d.next[0].condition.at("travel_speed_m_s") / 0.05)), 0.5) << "another speed decides";
-  EXPECT_GT(t.d.next[0].chance, 0.9);
+  // What simulated rows and refits reach, not what slopes foretell.
+  ASSERT_TRUE(t.d.next[0].simulated.has_value());
+  EXPECT_LE(t.d.next[0].chance, *t.d.next[0].simulated);
+  EXPECT_GT(t.d.next[0].chance, 0.3);
 }
 
 TEST_F(SeriesTest, MistakesOfFilesAreSaidWithTheirPlace) {

@@ -2,11 +2,14 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <cmath>
+#include <csignal>
 #include <limits>
 
 #include "grouser/terrain/recorder.h"
+#include "grouser/terrain/state_stream.h"
 #include "results/temporary_folder.h"
 
 namespace grouser {
@@ -102,6 +105,95 @@ TEST(Checkpoint, TruncatedFileIsNamed) {
               (folder / "c.h5").string() +
                   ": is truncated, or not a checkpoint of grouser; copy it again or start the run anew");
   }
+}
+
+/// The fields of example(), named by an object that is traversed: with a group, a text and arrays.
+struct Traversed {
+  std::vector<double> big = std::vector<double>(5000, 0.7), none;
+  std::vector<std::uint8_t> bytes = std::vector<std::uint8_t>(3'000'000, 9);
+  std::string text = "a/b";
+  bool flag = true;
+  void traverse(State& s) {
+    s.field("big", big);
+    const auto g = s.group("inner");
+    s.field("none", none);
+    s.field("bytes", bytes);
+    s.field("text", text);
+    s.field("flag", flag);
+  }
+};
+
+TEST(Checkpoint, AStateThatIsNeverHeldWholeIsTheSame) {
+  const TemporaryFolder folder;
+  Traversed object;
+  Checkpoint head;
+  head.scenario = "s";
+  head.version = "v";
+  Checkpoint whole = head;
+  object.traverse(whole.state);
+  write_checkpoint(folder / "whole.h5", whole);
+  write_checkpoint(folder / "parts.h5", head, [&](State& s) { object.traverse(s); });
+  Checkpoint a = read_checkpoint(folder / "whole.h5"), b = read_checkpoint(folder / "parts.h5");
+  const auto d = State::first_difference(a.state, b.state);
+  EXPECT_FALSE(d) << d->field << ' ' << d->left << ' ' << d->right;
+  EXPECT_EQ(b.state.hash(), whole.state.hash());
+  Traversed loaded;
+  loaded.bytes.clear();
+  loaded.traverse(b.state);
+  b.state.finish();
+  EXPECT_EQ(loaded.bytes, object.bytes);
+}
+
+TEST(StateStream, KeepsNoFieldAndHashesAsAState) {
+  Traversed object;
+  State whole;
+  object.traverse(whole);
+  std::size_t most = 0, fields = 0;
+  StateStream stream([&](const State::Field&) { ++fields; });
+  State other;  // beside it: is not touched
+  other.field("flag", object.flag);
+  {
+    StateStream inner;
+    object.traverse(inner.state());
+    inner.finish();
+    EXPECT_EQ(inner.hash(), whole.hash());
+    most = inner.state().fields().size();
+  }
+  object.traverse(stream.state());
+  EXPECT_EQ(stream.state().fields().size(), 1u) << "the last one, until finish()";
+  stream.finish();
+  EXPECT_EQ(most, 0u);
+  EXPECT_EQ(fields, whole.fields().size());
+  EXPECT_EQ(stream.hash_text(), whole.hash_text());
+  EXPECT_EQ(other.fields().size(), 1u);
+}
+
+TEST(Checkpoint, AFullDiskIsSaidAndTheOldOneStays) {
+  const TemporaryFolder folder;
+  Checkpoint head;
+  head.version = "old";
+  write_checkpoint(folder / "c.h5", head);
+  // A limit of the size of files stands for the full disk; the signal would end the program.
+  struct sigaction ignore {
+  }, before{};
+  ignore.sa_handler = SIG_IGN;
+  ASSERT_EQ(sigaction(SIGXFSZ, &ignore, &before), 0);
+  rlimit old{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &old), 0);
+  for (const rlim_t limit : {rlim_t{0}, rlim_t{3000}, rlim_t{100'000}, rlim_t{2'000'000}}) {
+    const rlimit small{limit, old.rlim_max};
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+    Traversed object;
+    const std::string said = message_of<ResultsError>(
+        [&] { write_checkpoint(folder / "c.h5", head, [&](State& s) { object.traverse(s); }); });
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &old), 0);
+    EXPECT_THAT(said, testing::StartsWith((folder / "c.h5").string() + ": cannot ")) << limit;
+    EXPECT_EQ(read_checkpoint(folder / "c.h5").version, "old") << limit;
+  }
+  ASSERT_EQ(sigaction(SIGXFSZ, &before, nullptr), 0);
+  head.version = "new";
+  write_checkpoint(folder / "c.h5", head);
+  EXPECT_EQ(read_checkpoint(folder / "c.h5").version, "new");
 }
 
 TEST(Checkpoint, OtherFilesAreNamed) {

@@ -246,7 +246,7 @@ void RunRecord::frame(double t, double frame_dt, const VehicleWorld& w, const En
   recorder_.end_frame(t);
 }
 
-void RunRecord::points(double t, const Terrain& terrain) {
+void RunRecord::points(double t, Terrain& terrain) {
   const auto* soil = dynamic_cast<const SoilPoints*>(&terrain);
   constexpr std::uint64_t every = 4;  // frames
   constexpr std::size_t most = 3000;  // grains
@@ -258,6 +258,15 @@ void RunRecord::points(double t, const Terrain& terrain) {
   const std::string name = "points." + std::to_string(frame);
   recorder_.write_static({name, "m", "grains near the wheels: x, y, z, radius", "W", 4}, x, {x.size() / 4, 4});
   recorder_.write_static({name + ".time", "s", "of these grains", "", 1}, {&t, 1}, {1});
+  std::vector<double> cells;
+  for (const Cell& c : terrain.take_changed_cells()) cells.insert(cells.end(), {c.x, c.y, c.size, -c.sinkage});
+  if (cells.empty()) return;
+  const std::string changed = "surface." + std::to_string(frame);
+  recorder_.write_static(
+      {changed, "m", "squares of the surface that changed since the last set: x, y, side, rise over undisturbed ground",
+       "W", 4},
+      cells, {cells.size() / 4, 4});
+  recorder_.write_static({changed + ".time", "s", "of these squares", "", 1}, {&t, 1}, {1});
 }
 
 }  // namespace grouser::vehicle

@@ -38,8 +38,9 @@ class RunRecord {
   static RunRecord resume(const std::filesystem::path& file, const Scenario& s, std::uint64_t frames);
   /// Append the frame of the world as it is. `t` [s] since the end of settling.
   void frame(double t, double frame_dt, const VehicleWorld& w, const EnergyLedger& soil, RunTotals& totals);
-  /// After every fourth frame, of soil that is made of grains: statics points.<frame> and points.<frame>.time.
-  void points(double t, const Terrain& terrain);
+  /// After every fourth frame, of soil that is made of grains: statics points.<frame> and points.<frame>.time, and the squares
+  /// of its surface that changed since, surface.<frame> and surface.<frame>.time.
+  void points(double t, Terrain& terrain);
   Recorder& recorder() { return recorder_; }
 
  private:

@@ -104,6 +104,8 @@ export interface RunHeader {
   meshes: Record<string, { vertices: ArrayRef; triangles: ArrayRef }>;
   /** Grains near the wheels: x, y, z, radius of each set. */
   points?: { time: ArrayRef; frames: ArrayRef[][] };
+  /** Squares of the surface of grains that changed up to each time: x, y, rise. */
+  surface?: { time: ArrayRef; side: number; frames: ArrayRef[][] };
   spectrum?: { resolution: number; segments: number; density: number[] };
   summary: Summary;
   warnings: string[];

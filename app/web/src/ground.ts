@@ -151,6 +151,21 @@ export class GroundView {
     this.texture.needsUpdate = true;
   }
 
+  /** Squares of ground that were measured: raised (or pressed, below zero) as they are now. */
+  raise(x: Float64Array, y: Float64Array, side: number, rise: Float64Array): void {
+    const dx = (this.size.x1 - this.size.x0) / this.columns;
+    const dy = (this.size.y1 - this.size.y0) / this.rows;
+    for (let c = 0; c < x.length; ++c) {
+      const d = DataUtils.toHalfFloat(-rise[c]);
+      const i0 = Math.max(0, Math.round((x[c] - 0.5 * side - this.size.x0) / dx));
+      const i1 = Math.min(this.columns, Math.max(i0 + 1, Math.round((x[c] + 0.5 * side - this.size.x0) / dx)));
+      const j0 = Math.max(0, Math.round((y[c] - 0.5 * side - this.size.y0) / dy));
+      const j1 = Math.min(this.rows, Math.max(j0 + 1, Math.round((y[c] + 0.5 * side - this.size.y0) / dy)));
+      for (let j = j0; j < j1; ++j) this.half.fill(d, j * this.columns + i0, j * this.columns + i1);
+    }
+    this.texture.needsUpdate = true;
+  }
+
   private surface(nx: number, ny: number): Mesh {
     const { x0, x1, y0, y1 } = this.size;
     const position = new Float32Array(nx * ny * 3);

@@ -199,13 +199,23 @@ export class SceneView {
   /** Bring the ruts to time t: forward from where they are, or from the start when time went back. */
   private press(t: number): void {
     const v = this.vehicles[this.paintedRun];
-    const last = indexBefore(v.run.poseTime, t);
     if (!this.ground || !this.showRuts || v.run.poseTime.length === 0) return;
+    // Grains leave their own ruts; elsewhere the wheels' circles are pressed in.
+    const measured = v.run.header.surface;
+    const times = measured ? v.run.read(measured.time) : v.run.poseTime;
+    const last = times[0] > t ? -1 : indexBefore(times, t);
     if (this.painted.vehicle !== this.paintedRun || last < this.painted.frame) {
       this.ground.clear();
       this.painted = { vehicle: this.paintedRun, frame: -1 };
     }
-    for (let i = this.painted.frame + 1; i <= last; ++i) for (const p of v.prints(i)) this.ground.press(p);
+    for (let i = this.painted.frame + 1; i <= last; ++i) {
+      if (measured) {
+        const [x, y, rise] = measured.frames[i].map((ref) => v.run.read(ref));
+        this.ground.raise(x, y, measured.side, rise);
+      } else {
+        for (const p of v.prints(i)) this.ground.press(p);
+      }
+    }
     this.painted.frame = last;
   }
 

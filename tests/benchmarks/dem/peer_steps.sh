@@ -7,7 +7,7 @@ set -eu
 soil=$(readlink -f "$1"); wheel=$(readlink -f "$2"); mkdir -p "$3"; cd "$3"
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMP_NUM_THREADS=1
 timed() { ( cd "$1"; TIMEFORMAT=%U; { time liggghts -in in.liggghts -log none > liggghts.out 2>&1; } 2> seconds.new; mv seconds.new seconds ); }
-for case_ in "0.3 16 12" "1 10 4"; do
+for case_ in "0.3 15 12" "1 10 4"; do  # 16 us is refused in the plate test of packing 1
   read -r mu own peer <<< "$case_"
   for seed in 1 2; do
     d=plate_${mu}_${own}_${peer}_$seed
@@ -22,6 +22,7 @@ done
   for d in plate_*/; do
     d=${d%/}; IFS=_ read -r _ mu own peer seed <<< "$d"
     for c in own same_law; do
+      if grep -q '^# stopped' "$d/$c.csv"; then echo "plate,$mu,same law,$peer,$seed,,,"; continue; fi
       awk -F, -v head="plate,$mu,$([ $c = own ] && echo "own,$own" || echo "same law,$peer"),$seed" '
         /^#/ { split($0, a, " "); cost = a[3]; time = $2; sub(/.*simulated_s /, "", time) }
         $1 + 0 == $1 && $1 > 0.005 { n++; p += $2 } END { printf "%s,%.2f,%.3f,\n", head, cost / time, 0.0024 * p / n }' "$d/$c.csv"

@@ -1,6 +1,6 @@
 #!/bin/bash
 # Forces on a wheel and kinetic energy of the grains against the step, LIGGGHTS and here, from one packing (Table 4.2).
-#   peer_wheel.sh PROGRAM WORK      what is in WORK already is not computed again
+#   peer_wheel.sh PROGRAM WORK      what is in WORK already is not computed again; OWN, SAME, LIGGGHTS: other steps, in us
 # Leaves WORK/wheel_steps.csv: means over the driven part (0.1 s at its end) and processor time per simulated second.
 set -eu
 program=$(readlink -f "$1"); mkdir -p "$2"; work=$(readlink -f "$2"); cd "$work"
@@ -19,9 +19,9 @@ case_() { # code rolling step_us
   echo "$1 mu_r $2 $3 us: $(cat "$d/seconds") s"
 }
 for mu in 0.3 1; do
-  for dt in 4 8 12 16 20 24; do case_ own $mu $dt; done
-  for dt in 2.2 4 8 12; do case_ same_law $mu $dt; done
-  for dt in 2.2 4 6 8 12 16 20; do case_ liggghts $mu $dt; done
+  for dt in ${OWN:-4 8 12 16 20 24}; do case_ own $mu $dt; done
+  for dt in ${SAME:-2.2 4 8 12}; do case_ same_law $mu $dt; done
+  for dt in ${LIGGGHTS:-2.2 4 6 8 12 16 20}; do case_ liggghts $mu $dt; done
 done
 { echo "code,rolling,step_us,drawbar_N,drawbar_sd_N,load_N,translation_J,rotation_J,largest_rotation_J,processor_s_per_s"
   for d in *_*_*/; do

@@ -10,6 +10,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "grouser/dem/material.h"
@@ -22,6 +23,12 @@ namespace grouser::dem {
 /// Wrong input or a run that cannot go on; the message says what, where and what would be allowed.
 struct DemError : std::runtime_error {
   using std::runtime_error::runtime_error;
+};
+
+/// The same where grains are to blame; `grains`: their numbers as given.
+struct GrainError : DemError {
+  GrainError(const std::string& text, std::vector<std::size_t> numbers) : DemError(text), grains(std::move(numbers)) {}
+  std::vector<std::size_t> grains;
 };
 
 struct GrainState {
@@ -96,8 +103,9 @@ struct Counters {
 class Solver {
  public:
   struct Impl;
-  /// @throws DemError: no grain, radius or density or dt not positive, NaN, a grain outside the domain, too few cells
-  /// along a periodic axis, overlap of more than a quarter of the smaller radius, unknown instruction set.
+  /// @throws DemError: no grain, dt not positive, too few cells along a periodic axis, unknown instruction set.
+  /// GrainError: radius or density not positive, NaN, a grain outside the domain, overlap of more than a quarter of the
+  /// smaller radius.
   Solver(const SolverSettings& settings, const std::vector<GrainState>& grains);
   /// Frees the list (125 bytes a grain) before it makes its own, so that the peak is that of the solver.
   Solver(const SolverSettings& settings, std::vector<GrainState>&& grains);
@@ -108,8 +116,8 @@ class Solver {
   /// A body without surfaces; add those next. Returns its number.
   int add_body(const BodySettings& b);
   /// Surfaces of a body, in its frame; each returns its number. @throws DemError: a plane that leans along a periodic
-  /// axis or turns, an empty mesh, a triangle without area, an open mesh said to be solid, a grain (not frozen) that is
-  /// deeper in the surface than a quarter of its radius or, where there is an inside, lies in it.
+  /// axis or turns, an empty mesh, a triangle without area, an open mesh said to be solid. GrainError: a grain (not
+  /// frozen) that is deeper in the surface than a quarter of its radius or, where there is an inside, lies in it.
   int add_plane(int body, const Vec3& point, const Vec3& normal,
                 int material = 0);  ///< grains stay where normal points
   /// `solid`: the mesh is closed and full (a wheel, a plate); otherwise it is a sheet (the walls of a box).
@@ -129,7 +137,7 @@ class Solver {
   SurfaceReport surface(int surface) const;
   std::vector<BodyContact> contacts(int body) const;  ///< of the last step
 
-  /// @throws DemError: unstable step, a grain left the domain, velocities that are not finite.
+  /// @throws DemError: unstable step, velocities that are not finite. GrainError: a grain left the domain.
   void step(long n);
   /// As many whole steps as fit the time best; with an adaptive step until less than half a step is left.
   void step_for(double seconds);

@@ -5,11 +5,16 @@
 #include <filesystem>
 #include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "grouser/bekker/effect_wheel.h"
+
+namespace grouser {
+class Registry;
+}
 
 namespace grouser::diagnosis {
 
@@ -39,6 +44,30 @@ struct KnownEffect {
   double value = 0, sd = 0;  ///< as the effect's formula has it (1/H for hard_pan, rad for bed_slope)
 };
 
+class RigModel;
+
+/// Key `rig` of a case: how a model is rolled that has no steady law of its own (README, "Through the rig").
+class RigOfCase {
+ public:
+  RigOfCase();
+  ~RigOfCase();
+  RigOfCase(const RigOfCase& o);  ///< with a copy of the answers known so far
+  RigOfCase& operator=(const RigOfCase& o);
+  RigOfCase(RigOfCase&&) noexcept;
+  RigOfCase& operator=(RigOfCase&&) noexcept;
+
+  std::string options;  ///< of the model, as YAML lines: they belong to the extended model, too
+  std::string coarse;   ///< those of the diagnosis alone
+  double step = 0, average_over = 0, settle = 0;  ///< [m], [m], contact lengths
+  bool sinkage_from_rut = false;
+
+  const RigModel* model() const { return model_.get(); }  ///< nullptr: the steady law answers
+  void set(std::unique_ptr<RigModel> m);
+
+ private:
+  std::unique_ptr<RigModel> model_;
+};
+
 /// CASE.yaml.
 struct DiagnosisCase {
   std::filesystem::path file;
@@ -52,9 +81,11 @@ struct DiagnosisCase {
       amplitude_sd;  ///< of amplitudes whose ordinary size is stated: normal about "no effect"
   std::array<std::optional<double>, soil_count>
       judged;  ///< soil to be held against the priors, in the fitted coordinate
+  RigOfCase rig;
+  std::vector<std::string> notes;  ///< what the model has not, and what changes nothing in it
 };
-/// @throws ConfigError with every error of the file.
-DiagnosisCase read_case(const std::filesystem::path& yaml);
+/// registry: models that the case may name beside bekker.steady. @throws ConfigError with every error of the file.
+DiagnosisCase read_case(const std::filesystem::path& yaml, const Registry* registry = nullptr);
 
 /// One run. SI; NaN = not measured.
 struct Run {

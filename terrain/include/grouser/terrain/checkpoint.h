@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include "grouser/terrain/state.h"
@@ -16,7 +17,12 @@ struct Checkpoint {
   State state{};
 };
 
+/// @throws ResultsError: the file cannot be written; the old one stays.
 void write_checkpoint(const std::filesystem::path& file, const Checkpoint& c);
+/// The same with a state that is never held whole, for large ones: `traverse` saves it, field by field; that of `head` is
+/// not looked at. The file is the same.
+void write_checkpoint(const std::filesystem::path& file, const Checkpoint& head,
+                      const std::function<void(State&)>& traverse);
 /// @throws ResultsError: missing, truncated, not a checkpoint, or its stored hash does not match its content.
 Checkpoint read_checkpoint(const std::filesystem::path& file);
 
