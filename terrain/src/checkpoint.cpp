@@ -1,6 +1,7 @@
 #include "grouser/terrain/checkpoint.h"
 
 #include <fcntl.h>
+#include <malloc.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -204,6 +205,9 @@ void write_checkpoint(const std::filesystem::path& file, const Checkpoint& head,
   StateStream counted([&room](const State::Field& f) { room += room_of(f); });
   traverse(counted.state());
   counted.finish();
+#ifdef __GLIBC__
+  malloc_trim(0);  // its copies of fields; the next pass would not take their places
+#endif
   write(file, head, room, [&traverse](FieldWriter& out) {
     StateStream state([&out](const State::Field& f) { out.write(f); });
     traverse(state.state());
