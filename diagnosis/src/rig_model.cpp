@@ -6,13 +6,14 @@
 namespace grouser::diagnosis {
 namespace {
 
-constexpr double near = 0.5;               // scales from an anchor, within which its slopes serve
-constexpr double off_load = 0.01;          // share of the load that slopes may put right
+constexpr double near = 1;                 // scales from an anchor, within which (R2) serves
+constexpr std::size_t most_anchors = 12;   // of a condition, but for those that are wanted
 constexpr double difference = 5e-3;        // of a scale; depth fixed, so smooth
 constexpr double later_difference = 0.05;  // the depths of earlier passes move with the coordinate
 constexpr double deeper = 0.03;            // of the depth below the surface that is met, for slopes by the depth
+constexpr double near_load = 0.01;         // share of the load that slopes by depth put right
+constexpr int most_newton = 5;
 constexpr double usual_rim_speed = 0.1;    // [m/s] where the model does not look at it
-constexpr int most_rolls = 6;              // of a value, before the equilibrium is solved anew
 enum { F, T, V, R };                       // of Forces
 
 const EffectEntry& entry(int i) { return effect_entries()[static_cast<std::size_t>(i)]; }
@@ -22,8 +23,8 @@ const EffectEntry& entry(int i) { return effect_entries()[static_cast<std::size_
 RigModel::RigModel(RigDriver driver, const bekker::EffectWheel& wheel, const std::array<SoilPrior, soil_count>& soil,
                    bool sinkage_from_rut)
     : driver_(std::move(driver)), prior_(soil), wheel_(wheel), from_rut_(sinkage_from_rut) {
-  constexpr std::array<double, soil_count> usual{0.3, 0.1, 200, 0.05, 0.5, 0.2, 0.2};
-  for (std::size_t i = 0; i < soil_count; ++i) scale_[i] = soil[i].sd > 0 ? soil[i].sd : usual[i];
+  constexpr std::array<double, soil_count> usual{0.3, 0.15, 500, 0.05, 0.5, 0.2, 0.2};
+  for (std::size_t i = 0; i < soil_count; ++i) scale_[i] = soil[i].sd > 0 ? std::min(soil[i].sd, usual[i]) : usual[i];
   scale_[slip_at] = 0.02;
   scale_[load_at] = 0.05;  // of the load
   for (int e = 0; e < model_effects; ++e)
@@ -123,103 +124,137 @@ void RigModel::probe() {
     notes_.push_back("effects of this model that the list of causes does not have, and that stay off: " + unlisted);
 }
 
-std::optional<std::size_t> RigModel::nearest(const Place& at, const Point& p, double within) const {
+double RigModel::distance(const Place& at, const Point& p, const Point& q) const {
+  double d = 0;
+  for (std::size_t i = 0; i < dimensions; ++i) {
+    const double x = (p[i] - q[i]) / (scale_[i] * (i == load_at ? at.condition.load : 1));
+    d += x * x;
+  }
+  return std::sqrt(d);
+}
+
+std::optional<std::size_t> RigModel::nearest(const Place& at, const Point& p) const {
   const auto found = anchors_.find(at);
   if (found == anchors_.end()) return std::nullopt;
-  double least = within * within;
+  double least = std::numeric_limits<double>::infinity();
   std::optional<std::size_t> out;
-  for (std::size_t a = 0; a < found->second.size(); ++a) {
-    double d = 0;
-    for (std::size_t i = 0; i < dimensions; ++i) {
-      const double s = i == load_at ? scale_[i] * at.condition.load : scale_[i];
-      const double x = (p[i] - found->second[a].p[i]) / s;
-      d += x * x;
-    }
-    if (d > least) continue;
-    least = d, out = a;
-  }
+  for (std::size_t a = 0; a < found->second.size(); ++a)
+    if (const double d = distance(at, p, found->second[a].p); found->second[a].good && d < least) least = d, out = a;
   return out;
 }
 
+long RigModel::anchors() const {
+  long n = 0;
+  for (const auto& [at, all] : anchors_) n += static_cast<long>(all.size());
+  return n;
+}
+
+/// Depths of the passes before, each at p.
 bool RigModel::earlier(const Place& at, const Point& p, std::vector<double>& depths) const {
   depths.clear();
   for (int pass = 1; pass < static_cast<int>(at.condition.pass); ++pass) {
     Place before = at;
     before.condition.pass = pass;
-    const Answer a = value(before, p);
+    const std::size_t which = anchor(before, p);
+    const Anchor& a = anchors_.at(before)[which];
     if (!a.good) return false;
     depths.push_back(a.z);
   }
   return true;
 }
 
-RigModel::Answer RigModel::solve(const Place& at, const Point& p, const std::vector<double>& before, double guess,
-                                 Anchor* keep) const {
-  Answer out;
-  const double load = p[load_at];
+void RigModel::solve(const Place& at, const std::vector<double>& before, const Anchor* beside, Anchor& a) const {
+  const double load = a.p[load_at];
   std::vector<double> depths = before;
   depths.push_back(0);
   bool fine = true;
   const auto roll = [&](double z) {
     depths.back() = z;
-    return rolled(at, p, depths, fine);
+    return rolled(at, a.p, depths, fine);
   };
-  const auto excess = [&](double z) {
-    if (z >= 0.9 * at.radius) return 1e3 * load;  // nothing carries it: told by the check below
-    const double v = roll(z)[V];
-    return fine ? v - load : 1e3 * load;
-  };
-  std::pair<double, double> bracket;
-  try {
-    std::uintmax_t most = 40;
-    bracket = boost::math::tools::bracket_and_solve_root(
-        excess, guess, 1.15, true, [](double a, double b) { return b - a < 2e-3 * a; }, most);
-  } catch (const std::exception&) {
-    return out;
+  double z = before.empty() ? 0.05 * at.radius : 1.1 * before.back();
+  Forces y = Forces::Zero();
+  bool found = false;
+  if (beside) {  // Newton from there, as its slopes foretell
+    z = beside->z;
+    double by_z = beside->by_z[V];
+    for (const auto& [i, by] : beside->by) {
+      const auto k = static_cast<std::size_t>(i);
+      z += ((i == load_at ? 1 : 0) - by[V]) / by_z * (a.p[k] - beside->p[k]);
+    }
+    z = std::clamp(z, 0.5 * beside->z, 2 * beside->z);
+    double last_z = 0, last = 0;
+    for (int k = 0; k < most_newton && !found; ++k) {
+      y = roll(z);
+      if (!fine) break;
+      if (k > 0 && std::abs(z - last_z) > 1e-12 && (y[V] - last) / (z - last_z) > 0)
+        by_z = (y[V] - last) / (z - last_z);
+      found = std::abs(load - y[V]) < near_load * load;
+      last_z = z, last = y[V];
+      if (!found) z = std::clamp(z + (load - y[V]) / by_z, 0.5 * z, std::min(2 * z, 0.9 * at.radius));
+    }
   }
-  double z = 0.5 * (bracket.first + bracket.second);
-  Forces y = roll(z);
-  if (!fine) return out;
+  if (!found) {
+    const auto excess = [&](double depth) {
+      if (depth >= 0.9 * at.radius) return 1e3 * load;  // nothing carries it: told by the check below
+      const double v = roll(depth)[V];
+      return fine ? v - load : 1e3 * load;
+    };
+    try {
+      std::uintmax_t most = 40;
+      const auto [low, high] = boost::math::tools::bracket_and_solve_root(
+          excess, z, 1.15, true, [](double x, double u) { return u - x < 2e-3 * x; }, most);
+      z = 0.5 * (low + high);
+    } catch (const std::exception&) {
+      return;
+    }
+    y = roll(z);
+  }
+  if (!fine) return;
   const double h = deeper * (z - y[R]);
   const Forces up = roll(z + h);
-  if (!fine) return out;
+  if (!fine) return;
   const Forces down = roll(z - h);
-  if (!fine) return out;
-  const Forces slope = (up - down) / (2 * h);
-  const double dz = (load - y[V]) / slope[V];
-  if (!(slope[V] > 0) || std::abs(dz) > 0.02 * z) return out;
-  out.good = true;
-  out.z = z + dz;
-  out.y = y + slope * dz;
-  if (!keep) return out;
-  keep->by_z = slope;
-  keep->base = roll(out.z);
-  out.good = fine;
-  return out;
+  if (!fine) return;
+  a.by_z = (up - down) / (2 * h);
+  const double dz = (load - y[V]) / a.by_z[V];
+  if (!(a.by_z[V] > 0) || std::abs(dz) > 0.02 * z) return;
+  a.z = z + dz;
+  a.y = y + a.by_z * dz;
+  a.base = roll(a.z);
+  a.good = fine;
 }
 
+/// The one at p, made if there is none.
 std::size_t RigModel::anchor(const Place& at, const Point& p) const {
+  if (const auto known = anchors_.find(at); known != anchors_.end())
+    for (std::size_t i = 0; i < known->second.size(); ++i)
+      if (known->second[i].p == p) return i;
   Anchor a;
   a.p = p;
   std::vector<double> depths;
   if (earlier(at, p, depths)) {
-    double guess = depths.empty() ? 0.05 * at.radius : 1.1 * depths.back();
-    if (const auto old = nearest(at, p, 1e9); old && anchors_.at(at)[*old].answer.good)
-      guess = anchors_.at(at)[*old].answer.z;
-    a.answer = solve(at, p, depths, guess, &a);
+    const auto old = nearest(at, p);
+    solve(at, depths, old ? &anchors_.at(at)[*old] : nullptr, a);
   }
   anchors_[at].push_back(std::move(a));
   return anchors_[at].size() - 1;
 }
 
+std::size_t RigModel::anchor_for(const Place& at, const Point& p) const {
+  const auto close = nearest(at, p);
+  if (close && (distance(at, p, anchors_.at(at)[*close].p) <= near || anchors_.at(at).size() >= most_anchors))
+    return *close;
+  return anchor(at, p);
+}
+
 /// Of the forces at the load, and of the depth. False: no roll there.
 bool RigModel::slope(const Place& at, std::size_t which, int coordinate, Forces& total, double& dz) const {
   const auto get = [&]() -> Anchor& { return anchors_.at(at)[which]; };
-  const Anchor a = get();
-  if (!a.answer.good) return false;
   const double by_load = coordinate == load_at ? 1 : 0;
   auto found = get().by.find(coordinate);
   if (found == get().by.end()) {
+    const Anchor a = get();
     const auto i = static_cast<std::size_t>(coordinate);
     Forces by = Forces::Zero();
     const bool first = at.condition.pass <= 1;
@@ -239,13 +274,12 @@ bool RigModel::slope(const Place& at, std::size_t which, int coordinate, Forces&
       for (std::size_t k = 0; k < moved.size(); ++k) {
         Place before = at;
         before.condition.pass = static_cast<double>(k + 1);
-        const auto near_by = nearest(before, a.p, near);
         Forces unused;
         double d = 0;
-        if (!near_by || !slope(before, *near_by, coordinate, unused, d)) return false;
+        if (!slope(before, anchor(before, a.p), coordinate, unused, d)) return false;
         moved[k] += d * step;
       }
-      moved.push_back(a.answer.z);
+      moved.push_back(a.z);
       Point q = a.p;
       q[i] += step;
       bool good;
@@ -254,87 +288,49 @@ bool RigModel::slope(const Place& at, std::size_t which, int coordinate, Forces&
     }
     found = get().by.emplace(coordinate, by).first;
   }
-  dz = (by_load - found->second[V]) / a.by_z[V];
-  total = found->second + a.by_z * dz;
+  dz = (by_load - found->second[V]) / get().by_z[V];
+  total = found->second + get().by_z * dz;
   return true;
 }
 
-RigModel::Answer RigModel::value(const Place& at, const Point& p) const {
-  Seen key = at.condition;
-  std::copy(p.begin(), p.begin() + soil_count, key.soil.begin());
-  std::copy(p.begin() + effect_at, p.end(), key.effect.begin());
-  key.slip = p[slip_at], key.load = p[load_at];
-  auto& known = values_[at];
-  if (const auto found = known.find(key); found != known.end()) return found->second;
-  Answer out;
-  const auto close = nearest(at, p, near);
-  const std::size_t which = close ? *close : anchor(at, p);
-  const Anchor a = anchors_.at(at)[which];
-  if (a.p == p || !a.answer.good) {
-    out = a.answer;
-  } else {
-    double z = a.answer.z;
-    for (int i = 0; i < dimensions; ++i) {
-      const double by = p[static_cast<std::size_t>(i)] - a.p[static_cast<std::size_t>(i)];
-      Forces unused;
-      double dz = 0;
-      if (by != 0 && slope(at, which, i, unused, dz)) z += dz * by;
-    }
-    std::vector<double> depths;
-    if (earlier(at, p, depths)) {
-      depths.push_back(z);
-      Forces by_z = a.by_z, last = Forces::Zero();
-      double last_z = 0;
-      for (int k = 0; k < most_rolls && !out.good; ++k) {
-        depths.back() = z = std::clamp(z, 0.5 * a.answer.z, 2 * a.answer.z);
-        bool good;
-        const Forces y = rolled(at, p, depths, good);
-        if (!good) break;
-        if (k > 0 && std::abs(z - last_z) > 1e-12 && (y[V] - last[V]) / (z - last_z) > 0)
-          by_z = (y - last) / (z - last_z);
-        const double dz = (p[load_at] - y[V]) / by_z[V];
-        last = y, last_z = z;
-        if (std::abs(p[load_at] - y[V]) < off_load * p[load_at]) {
-          out.good = true;
-          out.z = z + dz;
-          out.y = y + by_z * dz;
-        }
-        z += dz;
-      }
-      if (!out.good) {
-        depths.pop_back();
-        out = solve(at, p, depths, a.answer.z, nullptr);
-      }
-    }
-  }
-  values_[at].emplace(key, out);
-  return out;
+RigModel::Asking RigModel::asking(const bekker::EffectWheel& wheel, const Run& run, const Seen& seen) {
+  Asking q{{seen, wheel.radius, wheel.width, wheel.reference_width, wheel.constants.density}, {}};
+  q.at.condition.soil.fill(0), q.at.condition.effect.fill(0);
+  q.at.condition.slip = run.slip, q.at.condition.load = run.load;
+  std::copy(seen.soil.begin(), seen.soil.end(), q.p.begin());
+  std::copy(seen.effect.begin(), seen.effect.end(), q.p.begin() + effect_at);
+  q.p[slip_at] = seen.slip, q.p[load_at] = seen.load;
+  return q;
+}
+
+bool RigModel::settle(const bekker::EffectWheel& wheel, const Run& run, const Seen& seen) const {
+  const Asking q = asking(wheel, run, seen);
+  const std::size_t which = anchor(q.at, q.p);
+  return anchors_.at(q.at)[which].good;
 }
 
 void RigModel::turn(const bekker::EffectWheel& wheel, const Run& run, const Seen& seen, const Asked& asked,
                     Turned& t) const {
-  Place at{seen, wheel.radius, wheel.width, wheel.reference_width, wheel.constants.density};
-  at.condition.soil.fill(0), at.condition.effect.fill(0);
-  at.condition.slip = run.slip, at.condition.load = run.load;
-  Point p{};
-  std::copy(seen.soil.begin(), seen.soil.end(), p.begin());
-  std::copy(seen.effect.begin(), seen.effect.end(), p.begin() + effect_at);
-  p[slip_at] = seen.slip, p[load_at] = seen.load;
-  const Answer a = value(at, p);
-  t.good = a.good;
-  if (!a.good) return;
-  const auto sunk = [&](double z, double rut) { return from_rut_ ? z - rut : z; };
-  t.theta = std::acos(1 - a.z / wheel.radius);
-  t.y = {a.y[F], a.y[T], sunk(a.z, a.y[R])};
-  if (asked.value_only) return;
-  const auto close = nearest(at, p, near);
-  const std::size_t which = close ? *close : anchor(at, p);
+  const auto [at, p] = asking(wheel, run, seen);
+  const std::size_t which = anchor_for(at, p);
+  const auto get = [&]() -> const Anchor& { return anchors_.at(at)[which]; };
+  t.good = get().good;
+  if (!t.good) return;
+  const auto shown = [&](double z, const Forces& y) { return Column(y[F], y[T], from_rut_ ? z - y[R] : z); };
   const auto column = [&](int coordinate) {
     Forces by = Forces::Zero();
     double dz = 0;
-    t.good = t.good && slope(at, which, coordinate, by, dz);
-    return Column(by[F], by[T], sunk(dz, by[R]));
+    t.good = slope(at, which, coordinate, by, dz) && t.good;
+    return shown(dz, by);
   };
+  Column y = shown(get().z, get().y);
+  for (int i = 0; i < dimensions; ++i) {
+    const double by = p[static_cast<std::size_t>(i)] - get().p[static_cast<std::size_t>(i)];
+    if (by != 0) y += column(i) * by;
+  }
+  t.y = {y[0], y[1], y[2]};
+  t.theta = std::acos(std::clamp(1 - get().z / wheel.radius, -1.0, 1.0));
+  if (asked.value_only) return;
   for (int i = 0; i < soil_count; ++i) t.soil.col(i) = column(i);
   if (asked.slip_load) t.slip = column(slip_at), t.load = column(load_at);
   for (int k = 0; k < asked.count; ++k) {

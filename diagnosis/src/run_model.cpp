@@ -281,6 +281,13 @@ bool model_runs(const AskedWheel& wheel, const std::vector<Run>& runs, const std
   return true;
 }
 
+bool settle_runs(const AskedWheel& wheel, const std::vector<Run>& runs, const std::vector<Inputs>& in) {
+  if (!wheel.rig) return true;
+  for (std::size_t r = 0; r < runs.size(); ++r)
+    if (!wheel.rig->settle(wheel.shape, runs[r], seen_by(runs[r], in[r], {}, wheel.rig->looks()))) return false;
+  return true;
+}
+
 bool model_run(const AskedWheel& wheel, const Run& run, const Inputs& in, Wanted wanted,
                const std::vector<int>& touched, double& theta_f, Outputs& out, Slopes* slopes) {
   std::vector<double> theta{theta_f};

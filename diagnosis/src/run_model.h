@@ -46,4 +46,7 @@ bool model_runs(const AskedWheel& wheel, const std::vector<Run>& runs, const std
                 const std::vector<int>& touched, std::vector<double>& theta_f, std::vector<Outputs>& out,
                 std::vector<Slopes>* slopes);
 
+/// What is said of these runs from here on was rolled there, not foretold from elsewhere (RigModel::settle). False: no wheel there.
+bool settle_runs(const AskedWheel& wheel, const std::vector<Run>& runs, const std::vector<Inputs>& in);
+
 }  // namespace grouser::diagnosis

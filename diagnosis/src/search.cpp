@@ -16,6 +16,9 @@ namespace {
 
 constexpr int full = 25, quick = 5;  // iterations
 constexpr std::size_t most_finalists = 3;
+constexpr int most_rounds = 4;           // of rolling where a fit ended and fitting again
+constexpr double at_rest = 0.1;          // in -2 ln likelihood
+constexpr std::size_t most_settled = 12;  // accounts
 constexpr int evidence_draws = 64;
 constexpr double least_effective = 10, most_correction = 3;
 constexpr std::size_t shortlist = 12, most_drifts = 6, pair_bases = 6, most_pairs = 16;
@@ -96,6 +99,43 @@ void Search::fit_nominal() {
   const auto best = std::min_element(found.begin(), found.end(),
                                      [](const Fit& a, const Fit& b) { return a.objective() < b.objective(); });
   none_ = best == found.begin() ? *best : series_->fit(c, *whitener_, best->x, best->theta, full);
+  none_ = settled(c, std::move(none_));
+}
+
+Fit Search::settled(const Candidate& c, Fit f) const {
+  if (!case_.rig.model()) return f;
+  for (int round = 0; round < most_rounds && f.ok; ++round) {
+    const double before = f.objective();
+    if (!series_->settle(c, f.x)) return f;
+    Fit g = series_->fit(c, *whitener_, f.x, f.theta, full);
+    if (!g.ok) return f;
+    f = std::move(g);
+    if (std::abs(f.objective() - before) < at_rest) break;
+  }
+  return f;
+}
+
+/// The accounts that could win, best first: what was foretold for them from elsewhere is rolled.
+void Search::settle_leading() {
+  if (!case_.rig.model()) return;
+  std::vector<Rival*> left;
+  for (Rival& r : rivals_)
+    if (r.refitted && r.fit.ok) left.push_back(&r);
+  double best = 0, rise = 0;  // the most that one gained by it
+  for (std::size_t k = 0; k < most_settled && !left.empty(); ++k) {
+    const auto next = std::max_element(left.begin(), left.end(), [](const Rival* a, const Rival* b) {
+      return a->evidence + a->weight < b->evidence + b->weight;
+    });
+    Rival& r = **next;
+    left.erase(next);
+    if (r.evidence + r.weight + rise < best - 2 * std::log(decisive)) break;
+    const double foretold = r.evidence;
+    r.fit = settled(r.candidate, std::move(r.fit));
+    r.gain = r.fit.ok ? std::max(0.0, 0.5 * (none_.objective() - r.fit.objective())) : 0;
+    r.evidence = r.gain - price(r.candidate, r.gain, r.fit.x);
+    best = std::max(best, r.evidence + r.weight);
+    rise = std::max(rise, r.evidence - foretold);
+  }
 }
 
 Fit Search::refit(const Candidate& c, const Eigen::VectorXd& guess, const Fit& base) const {
@@ -221,6 +261,7 @@ void Search::rank() {
                                     });
   if (top->refitted && top->fit.ok) {
     Fit again = series_->fit(nominal_candidate(), *whitener_, top->fit.x.head(none_.x.size()), top->fit.theta, full);
+    again = settled(nominal_candidate(), std::move(again));
     if (again.ok && again.objective() < none_.objective() - 1e-3) {
       const double less = 0.5 * (none_.objective() - again.objective());
       none_ = std::move(again);
@@ -361,7 +402,6 @@ void Search::weigh() {
 /// Evidence of those that could still win by importance sampling of the full model (D11b): the integrand exp(-objective/2)/prod |a| over soil and
 /// amplitudes, against the normal that Laplace has in its place. What bends (the transition at slip 0, bounds) is in the first alone.
 void Search::correct_finalists() {
-  if (case_.rig.model()) return;  // every draw would be as many drives of the rig as there are runs
   std::vector<Rival*> finalists;
   for (Rival& r : rivals_)
     if (r.refitted && r.fit.ok && finalists.size() < most_finalists &&
@@ -428,6 +468,7 @@ void Search::run() {
       r->evidence = r->gain - price(r->candidate, r->gain, r->fit.x);
     }
   }
+  settle_leading();
   weigh();
   correct_finalists();
   seconds_ = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;

@@ -70,6 +70,9 @@ class Search {
 
  private:
   void fit_nominal();
+  /// A fit that stands on wheels rolled where it ends (Series::settle); the steady law is exact everywhere.
+  Fit settled(const Candidate& c, Fit f) const;
+  void settle_leading();
   void settle_noise();
   void weigh_runs(const Fit& f);
   void add_second(Candidate& best, Fit& f) const;

@@ -156,6 +156,7 @@ void Search::settle_noise() {
     set_whitener();
     none_ = series_->fit(nominal_candidate(), *whitener_, none_.x, none_.theta, full);
     if (series_->layout().size() < few) look_further(*series_, *whitener_, none_);
+    none_ = settled(nominal_candidate(), std::move(none_));
   }
 }
 

@@ -86,6 +86,10 @@ bool Series::predict(const Candidate& c, const Eigen::VectorXd& x, std::vector<d
   return evaluate(c, x, theta, y, nullptr);
 }
 
+bool Series::settle(const Candidate& c, const Eigen::VectorXd& x) const {
+  return settle_runs(case_, runs_, inputs(c, x));
+}
+
 bool Series::all_slopes(const Candidate& c, const Eigen::VectorXd& x, std::vector<double>& theta,
                         Eigen::MatrixXd& out) const {
   out.resize(layout_.size(), input_count);

@@ -75,6 +75,8 @@ class Series {
 
   /// Outputs of every run in the layout's order. False: no answer for some run.
   bool predict(const Candidate& c, const Eigen::VectorXd& x, std::vector<double>& theta, Eigen::VectorXd& y) const;
+  /// A model in the rig is rolled at x, and answers from there on (settle_runs). False: no wheel there.
+  bool settle(const Candidate& c, const Eigen::VectorXd& x) const;
   /// Slopes of the layout's values by all inputs at x.
   bool all_slopes(const Candidate& c, const Eigen::VectorXd& x, std::vector<double>& theta,
                   Eigen::MatrixXd& slopes) const;

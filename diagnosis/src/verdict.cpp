@@ -12,6 +12,7 @@
 #include "needed.h"
 #include "next_experiment.h"
 #include "profile.h"
+#include "rig_model.h"
 #include "search.h"
 #include "statics.h"
 #include "told.h"
@@ -481,6 +482,9 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
     cause = std::string("The model ") + (soil_moved(d) ? "with refitted soil " : "as stated ") +
             "follows the runs within their noise.";
   d.sentence = told(d, data, cause);
+  if (const RigModel* rig = s.series().given().rig.model())
+    d.notes.push_back("wheels rolled in the rig: " + std::to_string(rig->rolls()) + " at " +
+                      std::to_string(rig->anchors()) + " points, by the slopes there between them");
   d.total_seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   return d;
 }

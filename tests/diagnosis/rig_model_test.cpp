@@ -1,6 +1,8 @@
 // Models rolled in the rig: against `grouser rig`, against the exact law, against wider differences.
 #include <gmock/gmock.h>
 
+#include <random>
+
 #include "rig_support.h"
 
 namespace grouser::diagnosis {
@@ -12,9 +14,11 @@ Run run(double slip, double load, int pass = 1, double omega = 0.3) {
   return r;
 }
 
+/// Rolled there.
 Outputs answer(const DiagnosisCase& c, const Run& r, const Inputs& in) {
   double theta = 0;
   Outputs y{};
+  EXPECT_TRUE(settle_runs(c, {r}, {in}));
   EXPECT_TRUE(model_run(c, r, in, Wanted::value, {}, theta, y, nullptr)) << "slip " << r.slip << " load " << r.load;
   return y;
 }
@@ -141,6 +145,38 @@ TEST_F(RigTest, SlopesAgreeWithWiderDifferencesOfWholeAnswers) {
       }
     }
   }
+}
+
+// What is foretold almost half a prior sd from an anchor in every soil value at once (a quarter in ln K, whose sd is wide), and a
+// quarter of an ordinary size in an effect, against wheels rolled there: a third of the noise (2 N, 0.2 N m, 1.5 mm).
+TEST_F(RigTest, WhatIsForetoldBesideAnAnchorIsNearWhatIsRolledThere) {
+  const DiagnosisCase c = rolled("bekker.soil_node");
+  const double noise[3] = {2, 0.2, 0.0015};
+  std::mt19937 random(5);
+  double missed = 0, moved = 0;
+  int n = 0;
+  for (const diagnosis::Run& r : {run(-0.3, 170), run(0.1, 115), run(0.5, 60)})
+    for (const bekker::Effect e : {bekker::Effect::slip_sinkage_exponent, bekker::Effect::bulldozing})
+      for (int k = 0; k < 4; ++k) {
+        const DiagnosisCase here = c, there = c;
+        const Inputs in = plain_inputs(soil());
+        Inputs to = in;
+        const double share[5] = {0.48, 0.48, 0, 0.48, 0.24};
+        for (std::size_t i = 0; i < 5; ++i) to[i] += (random() & 1U ? share[i] : -share[i]) * c.soil[i].sd;
+        const auto effect = static_cast<std::size_t>(input_of(e));
+        to[effect] += 0.25 * effect_entries()[effect - soil_count].typical;
+        double theta = 0;
+        Outputs y, z;
+        ASSERT_TRUE(model_run(here, r, in, Wanted::value, {}, theta, y, nullptr));
+        ASSERT_TRUE(model_run(here, r, to, Wanted::value, {}, theta, z, nullptr));
+        ASSERT_EQ(here.rig.model()->anchors(), 1);
+        const Outputs truth = answer(there, r, to);
+        for (std::size_t ch = 0; ch < 3; ++ch) {
+          missed += std::pow((z[ch] - truth[ch]) / noise[ch], 2), ++n;
+          moved += std::pow((y[ch] - truth[ch]) / noise[ch], 2);
+        }
+      }
+  EXPECT_LT(std::sqrt(missed / n), 0.3) << "moved by " << std::sqrt(moved / n);
 }
 
 TEST_F(RigTest, AnAmplitudeOfZeroIsTheNominalModelToTheBit) {
