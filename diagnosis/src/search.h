@@ -38,6 +38,7 @@ class Search {
   bool disowned() const {
     return disowned_;
   }  ///< more rows looked like outliers than outliers are: none was taken for one
+  bool noise_from_repeats() const { return from_repeats_; }  ///< the scales are those of the repeats alone
   const Whitener& whitener() const { return *whitener_; }
   const Eigen::MatrixXd& scatter() const { return scatter_; }
   const ScoreTable& scores() const { return *scores_; }

@@ -377,8 +377,10 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
         d.verdict = "class";
       } else if (alone) {
         const Crossed x = cross(s, *named, d);
-        d.verdict = x.agrees ? "named" : "class";
-        if (x.agrees) d.cause = named->candidate.id;
+        // An account that stands on noise far beyond what is stated leaves something over that no entry has.
+        const bool swallows = !swallowed.empty() && !s.noise_from_repeats();
+        d.verdict = x.agrees && !swallows ? "named" : "class";
+        if (x.agrees && !swallows) d.cause = named->candidate.id;
         if (x.better) group.push_back(x.better);
         if (!x.agrees)
           d.notes.push_back("on runs left out " + named->candidate.id + " does not do better than " +
