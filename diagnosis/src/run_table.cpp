@@ -185,6 +185,29 @@ void look_for_constants(Reader& in, bool planned, RunTable& t) {
 }
 
 /// planned: no values; the channels are those whose errors are stated.
+/// Two runs of one condition whose readings (two at least) agree to the last digit are more likely one run copied than two.
+void look_for_copies(RunTable& t) {
+  const auto copied = [](const Run& a, const Run& b) {
+    int alike = 0;
+    for (std::size_t c = 0; c < channel_count; ++c) {
+      const bool had = std::isfinite(a.value[c]), has = std::isfinite(b.value[c]);
+      if (had != has || (has && a.value[c] != b.value[c])) return false;
+      alike += has ? 1 : 0;
+    }
+    return a.condition == b.condition && alike >= 2;
+  };
+  std::string lines;
+  for (std::size_t i = 0; i < t.runs.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k) {
+      if (!copied(t.runs[k], t.runs[i])) continue;
+      lines += (lines.empty() ? "" : ", ") + std::to_string(t.runs[i].line) + " of " + std::to_string(t.runs[k].line);
+      break;
+    }
+  if (!lines.empty())
+    t.notes.push_back("lines with the readings of another to the last digit: " + lines +
+                      "; each counts as a run of its own: remove what was copied");
+}
+
 RunTable read_table(const std::filesystem::path& csv, const DiagnosisCase& c, bool planned) {
   RunTable t;
   t.file = csv;
@@ -265,7 +288,8 @@ RunTable read_table(const std::filesystem::path& csv, const DiagnosisCase& c, bo
     for (std::size_t i = 0; i < t.runs.size(); ++i) {
       const Run& r = t.runs[i];
       const auto [at, fresh] = seen.emplace(
-          std::to_string(r.condition) + "/" + std::to_string(r.batch) + "/" + in.text("replicate", i), r.line);
+          std::to_string(r.condition) + "/" + std::to_string(t.has_batch ? r.batch : 0) + "/" + in.text("replicate", i),
+          r.line);
       if (!fresh)
         in.error(i, "replicate",
                  "replicate " + in.text("replicate", i) + " of this condition is already in line " +
@@ -273,6 +297,7 @@ RunTable read_table(const std::filesystem::path& csv, const DiagnosisCase& c, bo
     }
   }
   if (!in.errors().any()) look_for_constants(in, planned, t);
+  if (!planned) look_for_copies(t);
   in.errors().check();
   double low = INFINITY, high = -INFINITY;
   for (const Run& r : t.runs) low = std::min(low, r.order), high = std::max(high, r.order);

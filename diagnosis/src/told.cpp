@@ -61,13 +61,14 @@ std::string errors(const Diagnosis& d, const RunTable& data) {
   std::string out;
   const bool extended = d.verdict != "adequate" && d.verdict != "parameter", moves = soil_moved(d);
   for (std::size_t ch = 0; ch < channel_count; ++ch) {
-    if (!data.measured[ch]) continue;
+    if (!data.measured[ch] || !std::isfinite(d.nominal.rmse[ch])) continue;
     out += out.empty() ? " Error of " : "; ";
     out += std::string(channel_names()[ch].short_name) + " ";
     if (d.stated && moves) out += amount(ch, d.stated->rmse[ch]) + ", ";
     out += amount(ch, d.nominal.rmse[ch]);
     if (extended) out += ", " + amount(ch, d.extended.rmse[ch]);
   }
+  if (out.empty()) return out;
   out += " (";
   if (!moves) return out + (extended ? "as stated, extended)." : "as stated).");
   if (d.stated) out += "as stated, ";

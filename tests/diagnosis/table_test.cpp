@@ -23,7 +23,16 @@ TEST_F(DiagnoseTest, MistakesOfATableAreNamedWithPlaceAndRemedy) {
   EXPECT_THAT(refusal("slip,slip_radius_m,load_N\n0.1,0.13,115\n"), HasSubstr("nothing was measured"));
   EXPECT_THAT(refusal("slip,slip_radius_m,load_N,batch,replicate,drawbar_N\n0.1,0.13,115,a,1,3\n0.1,0.13,115,a,1,3\n"),
               AllOf(HasSubstr("data.csv:3:"), HasSubstr("already in line 2")));
+  EXPECT_THAT(refusal("slip,slip_radius_m,load_N,replicate,drawbar_N\n0.1,0.13,115,1,3\n0.1,0.13,115,1,4\n"),
+              AllOf(HasSubstr("data.csv:3:"), HasSubstr("already in line 2")));
   EXPECT_THAT(refusal("slip,slip_radius_m,load_N,drawbar_N\n"), HasSubstr("no runs below the header"));
+}
+
+TEST_F(DiagnoseTest, ARunCopiedIsPointedAt) {
+  const std::string text =
+      "slip,slip_radius_m,load_N,drawbar_N,torque_Nm\n0.1,0.13,115,3,1\n0.2,0.13,115,4,2\n0.1,0.13,115,3,1.1\n"
+      "0.2,0.13,115,4,2\n";
+  EXPECT_THAT(table(text).notes, ::testing::Contains(HasSubstr("to the last digit: 5 of 3;")));
 }
 
 // Twelve runs at one slip and one load: no soil value can be found from a column that never changes.
@@ -51,6 +60,7 @@ TEST_F(DiagnoseTest, OneRunIsUndecidableAndSaysWhatToMeasure) {
   ASSERT_FALSE(d.next.empty());
   EXPECT_GT(d.next[0].runs + (d.next[0].bench_check.empty() ? 0 : 1), 0);
   EXPECT_THAT(d.sentence, HasSubstr("too few"));
+  EXPECT_THAT(d.sentence, ::testing::Not(HasSubstr("nan")));
 }
 
 TEST_F(DiagnoseTest, EveryMistakeOfATableComesAtOnce) {
