@@ -31,15 +31,9 @@ std::string digits(std::uint64_t h) {
   std::snprintf(buf, sizeof buf, "%016llx", static_cast<unsigned long long>(h));
   return buf;
 }
-
-/// The stream that was opened last in this thread: a State is copied and moved freely, so it knows of none itself.
-thread_local StateStream* stream_of_thread = nullptr;
 }  // namespace
 
-StateStream::StateStream(Take take) : take_(std::move(take)), hash_(hash_begin), outer_(stream_of_thread) {
-  stream_of_thread = this;
-}
-StateStream::~StateStream() { stream_of_thread = outer_; }
+StateStream::StateStream(Take take) : take_(std::move(take)), hash_(hash_begin) { state_.taker_.stream = this; }
 
 void StateStream::take_all(const std::vector<State::Field>& fields) {
   for (const State::Field& f : fields) {
@@ -77,11 +71,10 @@ void State::finish() const {
 State::Field& State::next(std::string_view name, Kind kind) {
   std::string full = prefix_ + std::string(name);
   if (!loading()) {
-    for (StateStream* s = stream_of_thread; s; s = s->outer_)
-      if (&s->state_ == this) {
-        s->take_all(fields_);
-        fields_.clear();
-      }
+    if (taker_.stream) {
+      taker_.stream->take_all(fields_);
+      fields_.clear();
+    }
     fields_.push_back({std::move(full), kind, {}, {}, {}});
     return fields_.back();
   }

@@ -168,6 +168,27 @@ TEST(StateStream, KeepsNoFieldAndHashesAsAState) {
   EXPECT_EQ(other.fields().size(), 1u);
 }
 
+TEST(StateStream, CopiesOfItsStateKeepTheirFields) {
+  Traversed object;
+  std::size_t fields = 0;
+  StateStream stream([&](const State::Field&) { ++fields; });
+  State copied = stream.state(), assigned;
+  assigned = stream.state();
+  const State moved = std::move(copied);
+  State of_moved = moved;
+  object.traverse(assigned);
+  object.traverse(of_moved);
+  State whole;
+  object.traverse(whole);
+  EXPECT_EQ(assigned.hash(), whole.hash());
+  EXPECT_EQ(of_moved.hash(), whole.hash());
+  EXPECT_EQ(fields, 0u);
+  stream.state() = whole;  // fields of another state are taken as if they were its own
+  stream.finish();
+  EXPECT_EQ(stream.hash(), whole.hash());
+  EXPECT_EQ(fields, whole.fields().size());
+}
+
 TEST(Checkpoint, AFullDiskIsSaidAndTheOldOneStays) {
   const TemporaryFolder folder;
   Checkpoint head;

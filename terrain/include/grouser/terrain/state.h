@@ -12,6 +12,8 @@
 
 namespace grouser {
 
+class StateStream;
+
 /// State that does not fit the object that reads it (other names, types or sizes): names the first field that differs.
 struct StateError : std::runtime_error {
   using std::runtime_error::runtime_error;
@@ -95,7 +97,17 @@ class State {
   static std::optional<Difference> first_difference(const State& a, const State& b);
 
  private:
+  friend class StateStream;
+  /// The stream that takes the fields, where there is one. It is of this object alone: copies keep their fields.
+  struct Taker {
+    StateStream* stream = nullptr;
+    Taker() = default;
+    Taker(const Taker&) {}
+    Taker& operator=(const Taker&) { return *this; }
+  };
+
   Field& next(std::string_view name, Kind kind);
+  Taker taker_;
   Mode mode_;
   std::string prefix_;
   std::size_t cursor_ = 0;

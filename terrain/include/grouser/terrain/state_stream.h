@@ -15,13 +15,12 @@ namespace grouser {
 ///   model.traverse(s.state());
 ///   s.finish();
 ///
-/// Memory: two copies of the largest field. To be used by one thread.
+/// Memory: two copies of the largest field. Streams may be open beside each other, in one thread or several.
 class StateStream {
  public:
   using Take = std::function<void(const State::Field&)>;
   /// `take` gets every field when the next one begins, the last one in finish(); empty: only the hash is wanted.
   explicit StateStream(Take take = {});
-  ~StateStream();
   StateStream(const StateStream&) = delete;
   StateStream& operator=(const StateStream&) = delete;
 
@@ -37,7 +36,6 @@ class StateStream {
   State state_;
   Take take_;
   std::uint64_t hash_, count_ = 0;
-  StateStream* outer_;
 };
 
 }  // namespace grouser
