@@ -8,6 +8,7 @@
 #include <random>
 
 #include "grouser/terrain/csv.h"
+#include "shares.h"
 #include "time_next.h"
 #include "told.h"
 
@@ -15,8 +16,6 @@ namespace grouser::diagnosis {
 
 namespace {
 
-/// Ln prior shares: half none; of the rest named singles 0.8, pairs 0.1, accounts without a name 0.1.
-constexpr double share_single = 0.8, share_pair = 0.1, share_unnamed = 0.1, decisive = 10, gate_p = 0.01;
 constexpr TimeExtra extras[] = {TimeExtra::shape_time, TimeExtra::shape_travel, TimeExtra::drift, TimeExtra::levels};
 
 TimeAccount with(std::initializer_list<TimeEffect> effects, TimeExtra extra = TimeExtra::none) {
@@ -202,7 +201,7 @@ class TimeSearch {
     if (!none.fit.ok)
       throw ConfigError(model_.given().steady.file.string(), 0, 0,
                         "the steady wheel has no answer for some row at the stated soil; check load, radius and soil");
-    std::vector<double> ln{std::log(0.5) + none.fit.log_evidence};
+    std::vector<double> ln{std::log(share_none) + none.fit.log_evidence};
     rivals = {none};
     std::vector<TimeEffect> ids;
     for (int e = 0; e < time_effect_count; ++e)
@@ -211,19 +210,19 @@ class TimeSearch {
     std::map<TimeEffect, TimeRival> alone;
     const auto add = [&](TimeRival r, double share) {
       if (!r.fit.ok) return;
-      ln.push_back(std::log(0.5 * share) + r.fit.log_evidence);
+      ln.push_back(std::log((1 - share_none) * share) + r.fit.log_evidence);
       rivals.push_back(std::move(r));
     };
     for (const TimeEffect e : ids) {
       TimeRival r{with({e}), {}, 0};
       r.fit = model_.search(r.account, none.account, none.fit);
       alone[e] = r;
-      add(std::move(r), share_single / singles);
+      add(std::move(r), share_named / singles);
     }
     for (const TimeExtra x : extras) {
       TimeRival r{with({}, x), {}, 0};
       r.fit = model_.search(r.account, none.account, none.fit);
-      add(std::move(r), share_unnamed / std::size(extras));
+      add(std::move(r), share_drift / std::size(extras));
     }
     // Pairs, from the better of the two; where nothing gains anything, two things gain nothing either.
     double most = 0;

@@ -4,6 +4,7 @@
 
 #include "candidates.h"
 #include "grouser/diagnosis/diagnose.h"
+#include "shares.h"
 
 namespace grouser::diagnosis {
 
@@ -109,10 +110,5 @@ class Search {
   std::vector<Rival> rivals_;
   double posterior_none_ = 1, posterior_unknown_ = 0, mixture_ = 0, seconds_ = 0, none_correction_ = 0;
 };
-
-/// Ln prior shares: a cause as likely as none; named 0.8, pairs 0.1, drifts 0.1 of it.
-constexpr double share_named = 0.8, share_pair = 0.1, share_drift = 0.1;
-/// Bayes factor from which something is declared and a name is given.
-constexpr double decisive = 10;
 
 }  // namespace grouser::diagnosis

@@ -6,14 +6,14 @@
 
 #include "grouser/terrain/config.h"
 #include "grouser/terrain/csv.h"
-#include "search.h"
+#include "shares.h"
 #include "soil_test_fit.h"
 #include "soil_test_next.h"
 
 namespace grouser::diagnosis {
 namespace {
 
-constexpr double gate_p = 0.01, conflict_z = 3, shows = 3;
+constexpr double conflict_z = 3, shows = 3;
 
 std::string number(double x, int digits = 3) {
   char text[40];
@@ -225,7 +225,9 @@ SoilTestDiagnosis diagnose_soil_tests(const SoilTestCase& c, const SoilTestData&
   const double some = share_named + share_drift;
   std::vector<double> score;
   for (std::size_t i = 0; i < accounts.size(); ++i) {
-    const double share = i == 0 ? 0.5 : 0.5 * (accounts[i].named ? share_named / named : share_drift / drifts) / some;
+    const double share =
+        i == 0 ? share_none
+               : (1 - share_none) * (accounts[i].named ? share_named / named : share_drift / drifts) / some;
     score.push_back(found[i].ok ? found[i].ln_evidence + std::log(share) : -INFINITY);
   }
   const double top = *std::max_element(score.begin(), score.end());

@@ -10,7 +10,6 @@
 #include <random>
 #include <set>
 
-#include "search.h"
 
 namespace grouser::diagnosis {
 namespace {

@@ -5,11 +5,12 @@
 #include <set>
 
 #include "chance.h"
+#include "shares.h"
 
 namespace grouser::diagnosis {
 namespace {
 
-constexpr double wanted = 0.9, wanted_odds = 10, rest_way = 0.66e-3;  // [m] sheared in the time of the rest
+constexpr double rest_way = 0.66e-3;  // [m] sheared in the time of the rest
 constexpr std::size_t shown = 4;
 
 struct Choice {
@@ -88,15 +89,15 @@ std::vector<NextExperiment> next_soil_tests(const SoilTestFits& fits, const std:
       for (Eigen::MatrixXd& C : covariance)
         C += fits.repeat_scatter(c.condition.kind) / n + fits.fixed_scatter(c.condition.kind);
       c.repeats = n;
-      c.chance = chance_to_decide(mean, covariance, ln_prior, wanted_odds,
+      c.chance = chance_to_decide(mean, covariance, ln_prior, decisive,
                                   [](std::size_t m, std::size_t truth) { return m == truth; });
-      if (c.chance >= wanted) break;
+      if (c.chance >= enough) break;
     }
     c.cost += c.repeats;
     choices.push_back(c);
   }
   std::stable_sort(choices.begin(), choices.end(), [](const Choice& a, const Choice& b) {
-    const bool x = a.chance >= wanted, y = b.chance >= wanted;
+    const bool x = a.chance >= enough, y = b.chance >= enough;
     if (x != y) return x;
     if (x && a.cost != b.cost) return a.cost < b.cost;
     return a.chance > b.chance;

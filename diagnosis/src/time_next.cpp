@@ -7,6 +7,8 @@
 #include <cmath>
 #include <random>
 
+#include "shares.h"
+
 namespace grouser::diagnosis {
 
 namespace {
@@ -160,7 +162,7 @@ double chance_of(const std::vector<Foretold>& members, const std::vector<TimeRiv
         else
           others = std::max(others, q) + std::log1p(std::exp(-std::abs(others - q)));
       }
-      if (own - others > std::log(10.0)) ++won;
+      if (own - others > std::log(decisive)) ++won;
     }
     least = std::min(least, won / static_cast<double>(draws));
   }
@@ -200,7 +202,7 @@ double simulate(const TimeModel& old, const TimeRun& run, const std::vector<Fore
     double others = -1e300;
     for (std::size_t i = 0; i < evidence.size(); ++i)
       if (i != truth) others = std::max(others, evidence[i]);
-    if (evidence[truth] - others > std::log(10.0)) ++won;
+    if (evidence[truth] - others > std::log(decisive)) ++won;
   }
   return won / static_cast<double>(simulated_draws);
 }
@@ -258,7 +260,7 @@ std::vector<NextExperiment> next_series(const TimeModel& m, const std::vector<Ti
     judged.push_back({e, p});
   }
   std::stable_sort(judged.begin(), judged.end(), [](const Judged& a, const Judged& b) {
-    const bool ga = a.e.chance >= 0.9, gb = b.e.chance >= 0.9;
+    const bool ga = a.e.chance >= enough, gb = b.e.chance >= enough;
     if (ga != gb) return ga;
     return ga ? a.e.cost < b.e.cost : a.e.chance > b.e.chance;
   });
@@ -273,7 +275,7 @@ std::vector<NextExperiment> next_series(const TimeModel& m, const std::vector<Ti
     one.e.simulated = simulate(m, run, foretold, members);
     // Slopes and known noise foretell too much where refits bend and find their own noise: what refits reach is the chance.
     one.e.chance = std::min(one.e.chance, *one.e.simulated);
-    if (one.e.chance >= 0.9) break;
+    if (one.e.chance >= enough) break;
   }
   std::stable_sort(judged.begin(), judged.end(), [](const Judged& a, const Judged& b) {
     return (a.e.simulated ? a.e.chance : 0) > (b.e.simulated ? b.e.chance : 0);
@@ -323,7 +325,7 @@ std::vector<NextExperiment> next_series(const TimeModel& m, const std::vector<Ti
       // ln odds of the truth ~ N(D^2/2, D^2)
       const double D = std::sqrt(square);
       const boost::math::normal normal;
-      const double share = D > 0 ? boost::math::cdf(normal, D / 2 - std::log(10.0) / D) : 0;
+      const double share = D > 0 ? boost::math::cdf(normal, D / 2 - std::log(decisive) / D) : 0;
       least = std::min(least, share);
     }
     // It decides only where each side is a single member.

@@ -20,7 +20,7 @@
 namespace grouser::diagnosis {
 namespace {
 
-constexpr double gate_p = 0.01, conflict_z = 3, swallowing = 2.5, beyond_doubt = 20, normal_95 = 1.6448536269514722;
+constexpr double conflict_z = 3, swallowing = 2.5, beyond_doubt = 20, normal_95 = 1.6448536269514722;
 constexpr double moved_z = 2, needed_rise = 20;  // a soil value that had to move, inside its prior
 constexpr double absurd = 6;                     // times the ordinary size of what a sensor does wrong
 
