@@ -100,8 +100,7 @@ std::string contradictions(const Diagnosis& d) {
     if (r.outside || r.slides) list.push_back(std::to_string(r.line));
   if (list.empty()) return "";
   return " By statics alone, whatever the soil, the channels of line" + std::string(list.size() > 1 ? "s " : " ") +
-         list_of(list, " and ") + (list.size() > 1 ? " contradict" : " contradicts") +
-         (list.size() > 1 ? " each other." : " itself.");
+         list_of(list, " and ") + " contradict each other.";
 }
 
 std::string judged(const Diagnosis& d) {
