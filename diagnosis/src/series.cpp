@@ -29,16 +29,25 @@ Eigen::VectorXd Series::prior_mean() const {
   return x;
 }
 
-Inputs Series::inputs_of(const Candidate& c, const Eigen::VectorXd& x, std::size_t run) const {
+Inputs Series::inputs_of_all(const Candidate& c, const Eigen::VectorXd& x) const {
   std::array<double, soil_count> soil;
   for (std::size_t i = 0; i < soil_count; ++i) soil[i] = case_.soil[i].mean;
   Inputs in = plain_inputs(soil);
   for (const KnownEffect& k : case_.known) in[static_cast<std::size_t>(input_of_effect(entry_of(k.id)))] = k.value;
   for (int i = 0; i < soil_parameters(); ++i) in[static_cast<std::size_t>(parameter(i).input)] = x[i];
   for (const Held& h : c.held) in[static_cast<std::size_t>(h.input)] += h.value;
+  return in;
+}
+
+void Series::add_terms(const Candidate& c, const Eigen::VectorXd& x, std::size_t run, Inputs& in) const {
   for (std::size_t t = 0; t < c.terms.size(); ++t)
     in[static_cast<std::size_t>(c.terms[t].input)] +=
         x[soil_parameters() + static_cast<Eigen::Index>(t)] * c.terms[t].at(run);
+}
+
+Inputs Series::inputs_of(const Candidate& c, const Eigen::VectorXd& x, std::size_t run) const {
+  Inputs in = inputs_of_all(c, x);
+  add_terms(c, x, run, in);
   return in;
 }
 
@@ -53,9 +62,8 @@ std::vector<int> Series::touched(const Candidate& c) const {
 }
 
 std::vector<Inputs> Series::inputs(const Candidate& c, const Eigen::VectorXd& x) const {
-  std::vector<Inputs> in;
-  in.reserve(runs_.size());
-  for (std::size_t r = 0; r < runs_.size(); ++r) in.push_back(inputs_of(c, x, r));
+  std::vector<Inputs> in(runs_.size(), inputs_of_all(c, x));
+  for (std::size_t r = 0; r < runs_.size(); ++r) add_terms(c, x, r, in[r]);
   return in;
 }
 
@@ -63,8 +71,8 @@ bool Series::evaluate(const Candidate& c, const Eigen::VectorXd& x, std::vector<
                       Eigen::MatrixXd* J) const {
   std::vector<Outputs> out;
   std::vector<Slopes> slopes;
-  if (!model_runs(case_, runs_, inputs(c, x), J ? Wanted::soil_and_touched : Wanted::value, touched(c), theta,
-                  out, J ? &slopes : nullptr))
+  if (!model_runs(case_, runs_, inputs(c, x), J ? Wanted::soil_and_touched : Wanted::value, touched(c), theta, out,
+                  J ? &slopes : nullptr))
     return false;
   y.resize(layout_.size());
   if (J) J->resize(layout_.size(), x.size());
@@ -129,6 +137,7 @@ Eigen::MatrixXd Series::scatter_slopes(const Candidate& c, const Fit& f) const {
 }
 
 /// Whitened residuals and the priors as one block: of the parameters, then of all amplitudes (0 where there is none).
+/// Ceres asks up to three times at one place (line search, candidate, gradient): the last answer is kept.
 class SeriesCost : public ceres::CostFunction {
  public:
   SeriesCost(const Series& s, const Candidate& c, const Whitener& w, std::vector<double> theta)
@@ -140,25 +149,28 @@ class SeriesCost : public ceres::CostFunction {
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     const Eigen::Index n = parameter_block_sizes()[0], m = s_.layout().size(), p = s_.soil_parameters();
     const Eigen::VectorXd x = Eigen::Map<const Eigen::VectorXd>(parameters[0], n);
-    Eigen::VectorXd y;
-    Eigen::MatrixXd J;
     const bool slopes = jacobians && jacobians[0];
-    if (!s_.evaluate(c_, x, theta_, y, slopes ? &J : nullptr)) return false;
-    Eigen::MatrixXd r = y - s_.y_;
-    w_.apply(r);
+    if (!known_ || x != at_ || (slopes && !with_slopes_)) {
+      known_ = false;
+      Eigen::VectorXd y;
+      if (!s_.evaluate(c_, x, theta_, y, slopes ? &J_ : nullptr)) return false;
+      r_ = y - s_.y_;
+      w_.apply(r_);
+      if (slopes) w_.apply(J_);
+      at_ = x, with_slopes_ = slopes, known_ = true;
+    }
     Eigen::Map<Eigen::VectorXd> out(residuals, m + n);
-    out.head(m) = r;
+    out.head(m) = r_;
     const auto weight = [&](Eigen::Index i) {
       const double sd = i < p ? s_.parameter(i).sd : c_.terms[static_cast<std::size_t>(i - p)].sd;
       return sd > 0 ? 1 / sd : 0;
     };
     for (Eigen::Index i = 0; i < n; ++i) out[m + i] = (x[i] - (i < p ? s_.parameter(i).mean : 0)) * weight(i);
     if (!slopes) return true;
-    w_.apply(J);
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     Eigen::Map<RowMajor> d(jacobians[0], m + n, n);
     d.setZero();
-    d.topRows(m) = J;
+    d.topRows(m) = J_;
     for (Eigen::Index i = 0; i < n; ++i) d(m + i, i) = weight(i);
     return true;
   }
@@ -168,6 +180,9 @@ class SeriesCost : public ceres::CostFunction {
   const Candidate& c_;
   const Whitener& w_;
   mutable std::vector<double> theta_;  ///< of the last call: where the next search begins
+  mutable bool known_ = false, with_slopes_ = false;
+  mutable Eigen::VectorXd at_;
+  mutable Eigen::MatrixXd r_, J_;  ///< whitened, at `at_`
 };
 
 Fit Series::fit(const Candidate& c, const Whitener& w, const Eigen::VectorXd& start, const std::vector<double>& theta,

@@ -93,6 +93,8 @@ class Series {
 
  private:
   friend class SeriesCost;
+  Inputs inputs_of_all(const Candidate& c, const Eigen::VectorXd& x) const;  ///< without the terms
+  void add_terms(const Candidate& c, const Eigen::VectorXd& x, std::size_t run, Inputs& in) const;
   bool evaluate(const Candidate& c, const Eigen::VectorXd& x, std::vector<double>& theta, Eigen::VectorXd& y,
                 Eigen::MatrixXd* J) const;
   const DiagnosisCase& case_;
