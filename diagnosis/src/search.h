@@ -76,6 +76,7 @@ class Search {
   Fit settled(const Candidate& c, Fit f) const;
   void settle_leading();
   void settle_noise();
+  double cost_of_noise(const Candidate& c, Fit f) const;
   void weigh_runs(const Fit& f);
   void add_second(Candidate& best, Fit& f) const;
   Noise noise_of(const Fit& f, bool& from_repeats) const;

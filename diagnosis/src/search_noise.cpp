@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
+#include <limits>
 
 #include "replicates.h"
 #include "search.h"
@@ -12,7 +13,10 @@ namespace {
 constexpr int full = 25;              // iterations
 constexpr int least_replicates = 30;  // values
 constexpr double suspect_share = 0.05;
-constexpr int few = 150;  // values: more starts cost little, and a few rows that a model cannot follow have many minima
+constexpr int most_passes = 6;
+constexpr double least_gain = 2;  // in -2 ln likelihood, for which the noise is settled once more
+constexpr int few = 150;          // values: more starts cost little
+constexpr double far_off = 2.5;   // times the noise that is stated or usual: rows that a model cannot follow have many minima
 
 /// The nominal fit again with each value in turn moved to both sides of its prior, and with all of them at their means, as long as that helps.
 void look_further(const Series& s, const Whitener& w, Fit& nominal) {
@@ -123,8 +127,19 @@ void Search::add_second(Candidate& best, Fit& f) const {
   f = std::move(g);
 }
 
+/// -2 ln likelihood of the runs under the noise as it stands, with what account and noise cost.
+double Search::cost_of_noise(const Candidate& c, Fit f) const {
+  series_->reweigh(f, *whitener_);
+  const double gain = 0.5 * std::max(none_.objective() - f.objective(), 0.0);
+  return f.objective() + whitener_->log_determinant() + noise_penalty(noise_, stated_) +
+         (c.terms.empty() ? 0 : 2 * price(c, gain, f.x));
+}
+
+/// Best account and its noise in turn: twice, then as long as that makes the runs likelier. Where accounts are near each
+/// other, two rounds alone end wherever the last digits of the first lead.
 void Search::settle_noise() {
-  for (int pass = 0; pass < 2; ++pass) {
+  double last = std::numeric_limits<double>::infinity();
+  for (int pass = 0; pass < most_passes; ++pass) {
     const ScoreTable scores(*series_, nominal_candidate(), none_, *whitener_, all_);
     Candidate best = nominal_candidate();
     Fit f = none_;
@@ -148,15 +163,28 @@ void Search::settle_noise() {
       }
       if (best.effects.size() == 1) add_second(best, f);
     }
+    const Noise noise_before = noise_;
+    const Eigen::MatrixXd scatter_before = scatter_;
+    const bool disowned_before = disowned_, repeats_before = from_repeats_;
     scatter_ = series_->scatter_slopes(best, f);
     weigh_runs(f);
     noise_ = noise_of(f, from_repeats_);
     weigh_runs(f);
     noise_.rho = memory_of(f, noise_);
     set_whitener();
+    const double cost = cost_of_noise(best, f);
+    if (pass >= 2 && !(cost < last)) {  // no likelier: back
+      noise_ = noise_before, scatter_ = scatter_before;
+      disowned_ = disowned_before, from_repeats_ = repeats_before;
+      set_whitener();
+      return;
+    }
     none_ = series_->fit(nominal_candidate(), *whitener_, none_.x, none_.theta, full);
-    if (series_->layout().size() < few) look_further(*series_, *whitener_, none_);
+    const bool far = std::any_of(noise_.scale.begin(), noise_.scale.end(), [](double k) { return k > far_off; });
+    if (far || series_->layout().size() < few) look_further(*series_, *whitener_, none_);
     none_ = settled(nominal_candidate(), std::move(none_));
+    if (pass >= 1 && (from_repeats_ || cost > last - least_gain)) return;
+    last = cost;
   }
 }
 
