@@ -8,8 +8,9 @@
 
 namespace grouser::dem {
 
-Averages::Averages(const AveragesSettings& s, const std::string& inputs, double radius, double width)
-    : set_(s), radius_(radius), width_(width) {
+Averages::Averages(const AveragesSettings& s, const std::string& inputs, double radius, double width,
+                   double slab)
+    : set_(s), radius_(radius), width_(slab > 0 ? slab : width), slab_(slab), share_(slab > 0 ? width / slab : 1) {
   if (std::filesystem::exists(s.file))
     throw ResultsError(s.file.string() + ": is there already; averages of one case go to one file, name another");
   file_ = Recorder::create(s.file,
@@ -97,8 +98,9 @@ void Averages::sample(const Solver& solver, const Pose& hub_W, double lx, double
 void Averages::end(const Solver& solver, double dt) {
   const double n = samples_, span = std::max(solver.time() - since_, dt);
   const SurfaceReport r = solver.body(0);
-  const Vec3 hub = hub_ / n, velocity = velocity_ / n, force = (r.impulse - impulse_) / span,
-             torque = (r.angular_impulse - angular_) / span;
+  const Vec3 hub = hub_ / n, velocity = velocity_ / n, force = share_ * (r.impulse - impulse_) / span;
+  Vec3 torque = share_ * (r.angular_impulse - angular_) / span;
+  if (slab_ > 0) torque.x() = torque.z() = 0;  // lever arms along the axle are known up to whole widths only
   for (double& p : pressure_) p /= n;
   const auto put = [&](std::size_t c, std::span<const double> x) { file_->set(channels_[c], x); };
   put(0, {hub.data(), 3});

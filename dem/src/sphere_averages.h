@@ -30,7 +30,8 @@ class Averages {
   static constexpr long kSampled = 16;  ///< inner steps between samples
   static constexpr int kBins = 180;     ///< round the wheel
   /// @throws ResultsError: the file is there already.
-  Averages(const AveragesSettings& s, const std::string& inputs, double radius, double width);
+  /// `slab`: width of the slab that the forces in the solver belong to [m]; force and torque become those of `width`; 0: none.
+  Averages(const AveragesSettings& s, const std::string& inputs, double radius, double width, double slab = 0);
   ~Averages();
 
   /// Steps, `way` of the hub each, until the window opens or closes, or to the next sample; never 0, at most `left`.
@@ -53,7 +54,8 @@ class Averages {
   void end(const Solver& solver, double dt);
 
   AveragesSettings set_;
-  double radius_, width_;
+  double radius_, width_, slab_;  ///< width_: that the solver's forces belong to
+  double share_;                  ///< of force and torque
   std::optional<Recorder> file_;
   std::vector<int> channels_;
   double path_ = 0, begin_ = 0;

@@ -14,10 +14,12 @@ namespace {
 constexpr int kRelaxed =
     3;  ///< times: bricks are laid without the springs of their contacts and must be at rest without them
 
+double across(const BrickSettings& s) { return s.across > 0 ? s.across : s.side; }
+
 Packing relaxed_packing(const SoilSettings& soil, const BrickSettings& s) {
   PourSettings p;
   p.lx = s.nx * s.side;
-  p.ly = s.ny * s.side;
+  p.ly = s.ny * across(s);
   p.height = s.height;
   p.compaction = s.compaction;
   std::string inputs = inputs_text(soil) + inputs_text(p);
@@ -42,7 +44,7 @@ SphereBrick from_packing(const Packing& p, const BrickSettings& s) {
   SphereBrick b;
   const bool given = !s.bed.empty();
   b.nx = given ? std::max(1, static_cast<int>(std::lround(p.lx / s.side))) : s.nx;
-  b.ny = given ? std::max(1, static_cast<int>(std::lround(p.ly / s.side))) : s.ny;
+  b.ny = given ? std::max(1, static_cast<int>(std::lround(p.ly / across(s)))) : s.ny;
   b.lx = p.lx / b.nx;
   b.ly = p.ly / b.ny;
   b.height = p.height;
@@ -97,7 +99,7 @@ SphereBrick from_packing(const Packing& p, const BrickSettings& s) {
 
 std::shared_ptr<const SphereBrick> sphere_brick(const SoilSettings& soil, const BrickSettings& s) {
   std::string key = inputs_text(soil) + s.bed.string() + '|' + s.cache.string();
-  for (const double x : {s.side, s.height, s.level, static_cast<double>(s.nx), static_cast<double>(s.ny), s.compaction})
+  for (const double x : {s.side, s.across, s.height, s.level, static_cast<double>(s.nx), static_cast<double>(s.ny), s.compaction})
     put_line(key, "", x);
   // Terrains of one process that want the same brick wait for the first of them.
   static std::mutex lock;

@@ -26,6 +26,7 @@ struct SphereBrick {
 
 struct BrickSettings {
   double side = 0.06;     ///< [m] of a brick
+  double across = 0;      ///< [m] of a brick along y; 0: square
   int nx = 1, ny = 1;     ///< bricks along x and y before the packing repeats
   double compaction = 0;  ///< [Pa] pressed by a lid and let go again
   double height = 0.1;    ///< [m] of soil wanted

@@ -29,6 +29,7 @@ beds: auto               # folder that keeps poured bricks; auto: grouser-beds i
 reach: auto              # [m] soil nearer than this to a wheel's contact moves; auto: five of the largest grains
 reach_along: auto        # [m] the same along the wheel's way only, the length of its patch; auto: reach
 reach_across: auto       # [m] and along its axle only, the patch's width; auto: reach
+slab: none               # [m] width of a slab that is its own neighbour across (quasi-2D), six of the largest grains at least; one smooth wheel
 torus: auto              # [1] 4..1000 bricks along x and y in the solver; auto: wheelbase and track with their surroundings
 capacity: auto           # [1] 1..100000 bricks' worth of grains in the solver; auto: what the wheels' surroundings need, and some
 wheel: auto              # auto (smooth: cylinder, lugs: mesh) | mesh | clump: overlapping spheres
@@ -41,9 +42,12 @@ averaged_every: 2.5 mm   # [m] > averaged_over
 host_stiffness: 1        # [1] 0..10 scale of the contact stiffness told to the host, which damps its bounces; 0: none
 )";
 
+constexpr int kSlabGrains = 6;  ///< least width of a slab, in largest grains
+
 struct SphereOptions {
   double depth = 0.06, relief = 0.02, step_share = kStepShare, host_stiffness = 1;
   std::optional<double> datum, brick, reach, reach_along, reach_across;
+  double slab = 0;             ///< 0: none
   std::vector<double> period;  ///< empty: auto
   double compaction = 0;
   WheelForm form;
@@ -83,6 +87,13 @@ SphereOptions read(const ConfigNode& o) {
   s.seed = static_cast<unsigned>(o.integer_or("seed", 1, 0, 1000000));
   if (!is_word(o, "bed", "none")) s.bed = o.existing_file("bed");
   if (!is_word(o, "beds", "auto")) s.beds = o.text("beds");
+  if (!is_word(o, "slab", "none")) {
+    s.slab = o.quantity("slab", "m", {0, 10, true, false});
+    if (s.period.size() == 2 && std::abs(s.period[1] - s.slab) > 1e-9)
+      o.error_at("period", "its second number is the width of the slab where there is one: write that of 'slab'");
+    if (!is_word(o, "reach_across", "auto"))
+      o.error_at("reach_across", "a slab moves as a whole across: leave it out, or leave out 'slab'");
+  }
   if (!is_word(o, "torus", "auto")) s.torus = o.integer("torus", 4, 1000);
   if (!is_word(o, "capacity", "auto")) s.capacity = o.integer("capacity", 1, 100000);
   const std::string wheel = o.choice_or("wheel", "auto", {"auto", "mesh", "clump"});
@@ -122,7 +133,9 @@ class Sphere final : public Terrain, public SoilPoints {
   void do_add_body(const BodySpec& b) override {
     if (!options_.averages.file.empty() && !wheels_.empty())
       throw TerrainError("dem.sphere: 'averages' are of one wheel; this is the second");
-    wheels_.emplace_back(b, options_.form);
+    if (slab() && !wheels_.empty())
+      throw TerrainError("dem.sphere: a slab carries one wheel, as wide as itself; '" + b.name + "' is the second");
+    wheels_.emplace_back(b, options_.form, options_.slab);
   }
 
   /// What a solver is built from; part of the state.
@@ -139,6 +152,9 @@ class Sphere final : public Terrain, public SoilPoints {
     const PatchReach r = reach();
     return {r.along + 0.5 * brick_->lx, r.across + 0.5 * brick_->lx};
   }
+  bool slab() const { return options_.slab > 0; }
+  /// Share of the slab's forces that the wheel's own width bears; 1 without a slab.
+  double share() const { return slab() ? 2 * wheels_[0].half_width() / options_.slab : 1; }
   Pose gear_pose(std::size_t k, const Pose& X_WB) const { return X_WB * bodies()[k].X_BG; }
   Pose in_solver(Pose X) const {
     X.p.z() -= tiles_->base();
@@ -154,14 +170,54 @@ class Sphere final : public Terrain, public SoilPoints {
                                      : std::max(1, static_cast<int>(std::ceil(options_.period[k] / b.side - 1e-6)));
     };
     b.nx = bricks(0, kPeriodX);
-    b.ny = bricks(1, kPeriodY);
+    b.ny = slab() ? 1 : bricks(1, kPeriodY);
+    b.across = options_.slab;
     b.compaction = options_.compaction;
     // One diameter below the lowest soil that moves: a floor of frozen grains, not the smooth one of the pouring.
     b.level = options_.depth + options_.relief + soil_.largest;
     b.height = options_.depth + 2 * options_.relief + 2 * soil_.largest;
     b.bed = options_.bed;
     b.cache = options_.beds;
-    brick_ = sphere_brick(soil_, b);
+    const auto made = sphere_brick(soil_, b);
+    if (slab() && (made->ny != 1 || std::abs(made->ly - options_.slab) > 1e-9)) {
+      char text[160];
+      std::snprintf(text, sizeof text, "the bed is %.4g m wide, the slab %.4g m: they must be the same",
+                    made->ny * made->ly, options_.slab);
+      throw DemError(text);
+    }
+    brick_ = made;
+  }
+
+  /// Tiles that wheel k at X wants. A slab has one row of them: the wheel stands in its middle.
+  void tiles_near(std::size_t k, Pose X, const PatchReach& reach, const PatchReach& keep, double clear,
+                  const std::vector<Tile>& now, std::vector<Tile>& into) const {
+    if (!slab()) return wheels_[k].tiles_near(X, ground(), brick_->lx, brick_->ly, reach, keep, clear, now, into);
+    X.p.y() = 0.5 * brick_->ly;
+    std::vector<Tile> all;
+    wheels_[k].tiles_near(X, ground(), brick_->lx, brick_->ly, reach, keep, clear, now, all);
+    std::copy_if(all.begin(), all.end(), std::back_inserter(into), [](const Tile& t) { return t.j == 0; });
+  }
+
+  /// A slab's wheel goes straight along x with its axle along y. @throws TerrainError.
+  void check_straight(const BodyMotion& m) const {
+    char text[240];
+    const Pose from = gear_pose(0, m.X_WB_begin), to = gear_pose(0, m.X_WB_end);
+    const Vec3 axle = to.q * Vec3::UnitY(), way = to.p - from.p;
+    const double off = std::hypot(axle.x(), axle.z());
+    if (off > kTurned) {
+      std::snprintf(text, sizeof text,
+                    "dem.sphere: a slab carries a wheel with its axle along y; this one is turned by %.3g degrees (at "
+                    "most %.2g)",
+                    std::asin(std::min(1.0, off)) * 180 / pi, std::asin(kTurned) * 180 / pi);
+      throw TerrainError(text);
+    }
+    if (std::abs(way.y()) > kTurned * way.norm() + kAside) {
+      std::snprintf(text, sizeof text,
+                    "dem.sphere: a slab carries a wheel that goes along x; this one went %.3g mm along its axle on %.3g "
+                    "mm (no side slip: leave out 'slab')",
+                    1e3 * way.y(), 1e3 * way.norm());
+      throw TerrainError(text);
+    }
   }
 
   Plan make_plan(std::span<const BodyMotion> motions) const {
@@ -172,11 +228,11 @@ class Sphere final : public Terrain, public SoilPoints {
       const Pose X = gear_pose(k, motions[k].X_WB_begin);
       for (std::size_t o = 0; o < k; ++o)
         wide = std::max(wide, (X.p - gear_pose(o, motions[o].X_WB_begin).p).head<2>().norm());
-      wheels_[k].tiles_near(X, ground(), brick_->lx, brick_->ly, keep(), keep(), 1e300, {}, first);
+      tiles_near(k, X, keep(), keep(), 1e300, {}, first);
       // Tiles that an oblique rectangle of the largest contact may touch.
       const double l = brick_->lx, a = 1.4 * wheels_[k].radius() + 2 * keep().along,
                    b = 2 * wheels_[k].half_width() + 2 * keep().across;
-      need += (a * b + 1.42 * (a + b) * l + l * l) / (l * l);
+      need += slab() ? a / l + 2 : (a * b + 1.42 * (a + b) * l + l * l) / (l * l);
     }
     for (const Tile& t : first)
       for (int a = 0; a <= 2; ++a)
@@ -194,7 +250,7 @@ class Sphere final : public Terrain, public SoilPoints {
       return options_.torus.value_or(std::max(4L, static_cast<long>(std::ceil((wide + around) / l)) + 1));
     };
     p.nx = tiles(brick_->lx);
-    p.ny = tiles(brick_->ly);
+    p.ny = slab() ? 1 : tiles(brick_->ly);
     std::size_t most = 0;
     const double level = options_.depth + options_.relief + brick_->largest;
     for (const std::vector<GrainState>& part : brick_->parts) {
@@ -218,6 +274,7 @@ class Sphere final : public Terrain, public SoilPoints {
     t.nx = static_cast<int>(p.nx);
     t.ny = static_cast<int>(p.ny);
     t.grains = static_cast<std::size_t>(p.grains);
+    t.slab = slab();
     tiles_.emplace(brick_, ground_ptr(), t);
     SolverSettings s = tiles_->fit(solver_settings(soil_));
     const int material = soil_.wheel ? s.materials.add(s.materials.materials[0], *soil_.wheel) : 0;
@@ -269,8 +326,7 @@ class Sphere final : public Terrain, public SoilPoints {
     for (std::size_t k = 0; k < wheels_.size(); ++k) {
       begin.push_back(in_solver(gear_pose(k, motions[k].X_WB_begin)));
       for (const Pose& X : {motions[k].X_WB_begin, motions[k].X_WB_end})
-        wheels_[k].tiles_near(gear_pose(k, X), ground(), brick_->lx, brick_->ly, reach(), keep(), 2 * brick_->largest,
-                              tiles_->active(), wanted);
+        tiles_near(k, gear_pose(k, X), reach(), keep(), 2 * brick_->largest, tiles_->active(), wanted);
     }
     tiles_->activate(*solver_, std::move(wanted), [&](const GrainState& g) {
       for (std::size_t k = 0; k < wheels_.size(); ++k)
@@ -280,6 +336,7 @@ class Sphere final : public Terrain, public SoilPoints {
   }
 
   void do_step(const StepContext& c, std::span<const BodyMotion> motions, std::span<BodyResult> results) override {
+    if (slab() && !motions.empty()) check_straight(motions[0]);
     try {
       if (!solver_) begin(motions);
       const auto n = static_cast<long>(std::max(1.0, std::ceil(c.dt / soil_.dt - 1e-6)));
@@ -310,7 +367,8 @@ class Sphere final : public Terrain, public SoilPoints {
     if (options_.averages.file.empty() || !commit) return solver_->step(n);
     if (!averages_)
       averages_ =
-          std::make_unique<Averages>(options_.averages, inputs(), wheels_[0].radius(), 2 * wheels_[0].half_width());
+          std::make_unique<Averages>(options_.averages, inputs(), wheels_[0].radius(), 2 * wheels_[0].half_width(),
+                                     options_.slab);
     const double way = solver_->twist(0).v.norm() * solver_->time_step();
     // The torus wraps; the world's hub is where the host has it.
     Pose hub = gear_pose(0, motions[0].X_WB_begin);
@@ -330,6 +388,7 @@ class Sphere final : public Terrain, public SoilPoints {
     put_line(t, "reach_m", reach().along);
     if (reach().across != reach().along) put_line(t, "reach_across_m", reach().across);
     put_line(t, "step_share", options_.step_share);
+    if (slab()) put_line(t, "slab_m", options_.slab);
     put_line(t, "ground", ground().describe());
     put_line(t, "wheel", bodies()[0].gear.name);
     put_line(t, "wheel_radius_m", wheels_[0].radius());
@@ -341,11 +400,13 @@ class Sphere final : public Terrain, public SoilPoints {
     const SphereWheel& wheel = wheels_[k];
     const RunningGear& gear = bodies()[k].gear;
     const SurfaceReport after = solver_->body(static_cast<int>(k));
-    const Vec3 J = after.impulse - before.impulse, L = after.angular_impulse - before.angular_impulse;
+    Vec3 J = share() * (after.impulse - before.impulse), L = share() * (after.angular_impulse - before.angular_impulse);
     const WheelMotion m = wheel_motion(bodies()[k], motion, wheel.radius(), 2 * wheel.half_width());
+    // Where along the axle a grain of a slab pushes is known up to whole widths only: no moment but about the axle.
+    if (slab()) L = m.carrier.col(1) * m.carrier.col(1).dot(L);
     // Work of the wheel on the grains, step by step; and what the end's velocity makes of the impulse in place of the mean one.
     const Twist V = solver_->twist(static_cast<int>(k));
-    ledger().dissipated += after.work - before.work;
+    ledger().dissipated += share() * (after.work - before.work);
     ledger().integration += J.dot(V.v - m.V.v) + L.dot(V.w - m.V.w);
     if (J.isZero(0) && L.isZero(0)) return clear_result(result);
     const ContactPatch patch = finder_.find(m.pose, ground());
@@ -391,6 +452,13 @@ class Sphere final : public Terrain, public SoilPoints {
     return s;
   }
 
+  /// A slab lies about the hub; elsewhere places are what they are.
+  double beside_hub(double y) const {
+    if (!slab()) return y;
+    const double hub = solver_->pose(0).p.y();
+    return hub + std::remainder(y - hub, options_.slab);
+  }
+
   std::vector<std::array<double, 4>> soil_points(std::size_t most) const override {
     std::vector<std::array<double, 4>> out;
     if (!solver_) return out;
@@ -408,7 +476,7 @@ class Sphere final : public Terrain, public SoilPoints {
         far = std::min(far, d.squaredNorm());
       }
       near.push_back({far, out.size()});
-      out.push_back({x->x(), x->y(), x->z() + tiles_->base(), now[k].radius});
+      out.push_back({x->x(), beside_hub(x->y()), x->z() + tiles_->base(), now[k].radius});
     }
     if (out.size() <= most) return out;
     std::nth_element(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(most), near.end());
@@ -427,7 +495,7 @@ class Sphere final : public Terrain, public SoilPoints {
     if (!solver_) return out;
     double size = 0;
     for (const Tiles::Square& q : tiles_->changed(grains_now(), size))
-      out.push_back({q.x, q.y, size, ground().height(q.x, q.y) + q.rise, -q.rise});
+      out.push_back({q.x, beside_hub(q.y), size, ground().height(q.x, q.y) + q.rise, -q.rise});
     return out;
   }
 
@@ -459,6 +527,8 @@ class Sphere final : public Terrain, public SoilPoints {
   }
 
   static constexpr int kPeriodX = 12, kPeriodY = 4;  ///< bricks
+  static constexpr double kTurned = 0.009;  ///< sine of the angle that an axle in a slab may be off y: half a degree
+  static constexpr double kAside = 1e-8;    ///< [m] that it may go aside in a step of the host
   static constexpr double kDeep = 0.02;  ///< of its radius that a grain may lie in a wheel that is put into the soil
 
   SoilSettings soil_;
@@ -491,7 +561,14 @@ ModelInfo sphere_model() {
         const SphereOptions options = read(a.options);
         if (!a.soil.dem.present())
           throw std::invalid_argument("soil '" + a.soil.name + "' has no 'dem:' section, which model dem.sphere needs");
-        return std::make_unique<Sphere>(read_soil(a.soil.dem), options, a.ground, a.gravity);
+        const SoilSettings soil = read_soil(a.soil.dem);
+        if (options.slab > 0 && options.slab < kSlabGrains * soil.largest) {
+          char text[120];
+          std::snprintf(text, sizeof text, "must be %.4g mm or more: %d of the soil's largest grains",
+                        1e3 * kSlabGrains * soil.largest, kSlabGrains);
+          a.options.error_at("slab", text);
+        }
+        return std::make_unique<Sphere>(soil, options, a.ground, a.gravity);
       }};
 }
 

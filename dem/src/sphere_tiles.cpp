@@ -78,7 +78,8 @@ std::vector<GrainState> Tiles::parked() const {
 }
 
 Tile Tiles::at(double x, double y) const {
-  return {static_cast<std::int64_t>(std::floor(x / brick_->lx)), static_cast<std::int64_t>(std::floor(y / brick_->ly))};
+  const auto index = [](double u, double l) { return static_cast<std::int64_t>(std::floor(u / l)); };
+  return {index(x, brick_->lx), set_.slab ? 0 : index(y, brick_->ly)};
 }
 
 std::size_t Tiles::slot_of(const GrainState& g) const {
@@ -131,6 +132,8 @@ std::vector<GrainState> Tiles::fresh(const Tile& t) const {
             "'relief' or "
             "'datum'",
             x, y, std::abs(off), off > 0 ? "above" : "below", set_.datum, set_.relief);
+      if (const double turn = ground_->height(x, y) - ground_->height(x, y0); set_.slab && std::abs(turn) > 1e-6)
+        refuse("the ground at x = %.3f m changes by %.3g m across the slab; a slab wants one profile along x", x, turn);
     }
   std::vector<GrainState> out;
   for (const GrainState& g : brick_->of(t.i, t.j)) {
@@ -145,7 +148,8 @@ bool Tiles::held(const Tile& t, const GrainState& g, const std::vector<Tile>& ac
   const int a = g.x[0] < w                 ? -1
                 : g.x[0] >= brick_->lx - w ? 1
                                            : 0,
-            b = g.x[1] < w                 ? -1
+            b = set_.slab                  ? 0
+                : g.x[1] < w               ? -1
                 : g.x[1] >= brick_->ly - w ? 1
                                            : 0;
   if (a != 0 && !within(active, {t.i + a, t.j})) return true;
@@ -361,6 +365,7 @@ const std::vector<double>* Tiles::tops_now(const Tile& t) const {
 double Tiles::rise(double x, double y, const std::vector<GrainState>& now) const {
   refresh_tops(now);
   const Tile t = at(x, y);
+  if (set_.slab) y -= ly() * std::floor(y / ly());
   const std::vector<double>* top = tops_now(t);
   if (!top) return 0;
   const int a = std::clamp(static_cast<int>((x / brick_->lx - static_cast<double>(t.i)) * cells_x_), 0, cells_x_ - 1),

@@ -22,6 +22,7 @@ struct TilesSettings {
   double depth = 0, relief = 0;  ///< [m]
   double room = 0.1;             ///< [m] free height above the soil, below parked grains
   int nx = 8, ny = 8;            ///< tiles of the torus
+  bool slab = false;             ///< one row of tiles j = 0, each its own neighbour across; ny is 1
   std::size_t grains = 0;        ///< of the solver
 };
 

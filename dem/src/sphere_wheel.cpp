@@ -5,8 +5,14 @@
 
 namespace grouser::dem {
 
-SphereWheel::SphereWheel(const BodySpec& body, const WheelForm& form)
-    : radius_(body.gear.outer_radius()), half_width_(0.5 * body.gear.width()) {
+SphereWheel::SphereWheel(const BodySpec& body, const WheelForm& form, double slab)
+    : radius_(body.gear.outer_radius()), half_width_(0.5 * body.gear.width()), slab_(slab) {
+  if (slab_ > 0) {
+    if (form.mesh || form.clump || !std::holds_alternative<SmoothCylinder>(body.gear.shape))
+      throw TerrainError("a slab carries a smooth cylinder only; '" + body.gear.name +
+                         "' has ends or lugs: leave out 'slab', or take a smooth wheel with 'wheel: auto'");
+    return;
+  }
   if (const auto* mesh = std::get_if<TriangleMesh>(&body.gear.shape)) {
     if (form.clump)
       throw TerrainError("running gear '" + body.gear.name + "' is a mesh: 'wheel: clump' cannot build it");
@@ -32,14 +38,17 @@ void SphereWheel::add_to(Solver& solver, const Pose& X, int material) const {
   if (!clump_.centres.empty())
     solver.add_spheres(number, clump_.centres, clump_.radii, material);
   else if (mesh_.triangles.empty())
-    solver.add_cylinder(number, radius_, half_width_, material);
+    // Across a slab no image of a grain lies further than half of it: this cylinder has no ends there.
+    solver.add_cylinder(number, radius_, slab_ > 0 ? slab_ : half_width_, material);
   else
     solver.add_mesh(number, mesh_, material, true);
 }
 
 double SphereWheel::overlap(const Pose& X, const Vec3& centre, double r) const {
   const Vec3 d = X.q.conjugate() * (centre - X.p);
-  const double out = std::hypot(d[0], d[2]) - radius_, side = std::abs(d[1]) - half_width_;
+  const double out = std::hypot(d[0], d[2]) - radius_;
+  if (slab_ > 0) return r - out;
+  const double side = std::abs(d[1]) - half_width_;
   if (out > 0 && side > 0) return r - std::hypot(out, side);
   return r - std::max(out, side);
 }

@@ -27,11 +27,12 @@ struct PatchReach {
 class SphereWheel {
  public:
   /// @throws TerrainError for a gear that cannot be carried.
-  SphereWheel(const BodySpec& body, const WheelForm& form);
+  /// `slab`: width of a periodic slab that the wheel crosses without end [m]; 0: a wheel of its own width.
+  SphereWheel(const BodySpec& body, const WheelForm& form, double slab = 0);
   /// Adds body and surface to the solver; X: pose of the gear, z of the solver.
   void add_to(Solver& solver, const Pose& X, int material) const;
   double radius() const { return radius_; }  ///< outer [m]
-  double half_width() const { return half_width_; }
+  double half_width() const { return half_width_; }  ///< its own [m]
 
   /// Depth of a sphere in the cylinder over the gear [m], negative clear of it. Coordinates as those of X.
   double overlap(const Pose& X, const Vec3& centre, double r) const;
@@ -46,7 +47,7 @@ class SphereWheel {
   Arc arc(const Pose& X, const std::vector<GrainState>& grains, double lx, double ly, Skip skip) const {
     Arc out;
     const Mat3 C = carrier_axes(X.q * Vec3::UnitY());
-    const double reach = std::hypot(radius_, half_width_);
+    const double reach = std::hypot(radius_, std::max(half_width_, slab_));
     for (std::size_t k = 0; k < grains.size(); ++k) {
       const GrainState& g = grains[k];
       Vec3 d = g.x - X.p;
@@ -71,7 +72,7 @@ class SphereWheel {
                   const PatchReach& keep, double clear, const std::vector<Tile>& now, std::vector<Tile>& into) const;
 
  private:
-  double radius_, half_width_;
+  double radius_, half_width_, slab_;
   Mesh mesh_;    ///< empty: smooth cylinder
   Clump clump_;  ///< instead
 };

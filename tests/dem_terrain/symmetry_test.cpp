@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "dem_terrain/coarse.h"
+#include "dem_terrain/slab.h"
 
 namespace grouser::test {
 namespace {
@@ -88,6 +88,19 @@ TEST(SphereSymmetry, HeadingDoesNotMatterOnAverage) {
     expect_equal(ahead.load, turned.load, load);
     expect_equal(ahead.side, turned.side, load);
   }
+}
+
+TEST(SphereSymmetry, ASlabPushesToNoSide) {
+  Forces f;
+  for (int seed = 1; seed <= 6; ++seed) {
+    const auto t = slab(kSlab, seed);
+    const Vec3 force = mean_force(roll_slab(*t, 0, 1200), 200);
+    f.side.push_back(force.y());
+    f.load.push_back(force.z());
+  }
+  const Mean side = mean_of(f.side);
+  EXPECT_LT(std::abs(side.x), 3 * side.error);
+  EXPECT_LT(std::abs(side.x), 0.1 * mean_of(f.load).x);
 }
 
 }  // namespace

@@ -11,13 +11,18 @@
 // (i mod nx, j mod ny). Grains nearer than one largest diameter to a tile that is not in the solver are frozen. A tile that the wheels
 // leave is kept as it is and comes back when a wheel returns (ruts).
 //
+// With `slab` (quasi-2D) ny = 1, ly = slab, and tile i is its own neighbour across: periodic along y, no frozen seam there. A smooth
+// wheel crosses it without ends; with f of the slab's grains the wheel of width b has
+//   F = f b/slab,   T = (torque about the axle) b/slab                                                                   (S2a)
+//
 // Wheel over the host's step dt, in n = ceil(dt/dt_r) equal steps, dt_r = step_share T_R (solver.h):
 //   pose from begin to end at constant velocity and spin;  impulse = sum over the n steps of force times step, exact   (S2)
 //
 // Valid: wheels not wider than the torus, ground within `relief` of its datum. Not: soil deeper than `depth`, energy held by the soil
 // (counted as dissipated), grains in flight over soil that is not in the solver (they land there, at rest).
 // Cost: about 30 ns per grain in the solver and inner step; README, "Terrain dem.sphere".
-// @throws TerrainError in step(): ground beyond the relief, two tiles for one slot, no grain left in store, whatever the solver refuses.
+// @throws TerrainError in step(): ground beyond the relief, two tiles for one slot, no grain left in store, a wheel that a slab cannot carry,
+// whatever the solver refuses.
 #include "grouser/terrain/registry.h"
 
 namespace grouser::dem {
