@@ -44,6 +44,19 @@ TEST(Slab, ForcesAreThoseOfTheWheelsWidth) {
   EXPECT_NEAR(two->energy().dissipated, 2 * one->energy().dissipated, 1e-12);
 }
 
+TEST(Slab, WorkIsImpulseTimesWayAndMomentTimesAngle) {
+  const auto t = slab();
+  double before = 0, work = 0;
+  for (int k = 0; k < 200; ++k) {
+    const BodyResult r = roll_slab(*t, k, k + 1).front();
+    const double turned = 0.25 / 0.8 / kRadius;
+    work -= 0.25 * r.impulse.x() + turned * r.angular_impulse.y();
+    ASSERT_NEAR(t->energy().dissipated - before, -(0.25 * r.impulse.x() + turned * r.angular_impulse.y()), 1e-8) << k;
+    before = t->energy().dissipated;
+  }
+  EXPECT_GT(work, 0.01);
+}
+
 TEST(Slab, SoilMovesFromSideToSideWithoutASeam) {
   const auto t = slab();
   roll_slab(*t, 0, 1500);

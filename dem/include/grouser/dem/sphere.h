@@ -21,8 +21,8 @@
 // Valid: wheels not wider than the torus, ground within `relief` of its datum. Not: soil deeper than `depth`, energy held by the soil
 // (counted as dissipated), grains in flight over soil that is not in the solver (they land there, at rest).
 // Cost: about 30 ns per grain in the solver and inner step; README, "Terrain dem.sphere".
-// @throws TerrainError in step(): ground beyond the relief, two tiles for one slot, no grain left in store, a wheel that a slab cannot carry,
-// whatever the solver refuses.
+// @throws TerrainError in step(): ground beyond the relief, two tiles for one slot, no grain left in store,
+// a wheel that a slab cannot carry, whatever the solver refuses.
 #include "grouser/terrain/registry.h"
 
 namespace grouser::dem {
