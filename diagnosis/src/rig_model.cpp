@@ -13,8 +13,8 @@ constexpr double later_difference = 0.05;  // the depths of earlier passes move 
 constexpr double deeper = 0.03;            // of the depth below the surface that is met, for slopes by the depth
 constexpr double near_load = 0.01;         // share of the load that slopes by depth put right
 constexpr int most_newton = 5;
-constexpr double usual_rim_speed = 0.1;    // [m/s] where the model does not look at it
-enum { F, T, V, R };                       // of Forces
+constexpr double usual_rim_speed = 0.1;  // [m/s] where the model does not look at it
+enum { F, T, V, R };                     // of Forces
 
 const EffectEntry& entry(int i) { return effect_entries()[static_cast<std::size_t>(i)]; }
 

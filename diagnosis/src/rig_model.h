@@ -21,8 +21,6 @@ namespace grouser::diagnosis {
 /// from the nearest anchor. A point further than one scale (soil: prior sd) from every anchor becomes one, up to
 /// `most_anchors` of a condition, and `settle` makes one wherever it is wanted: fits descend on (R2) and are rolled where
 /// they end. Half a scale off in every soil value at once (R2) misses by a fifth of the noise of the reference set-up.
-/// (The steady law in place of the straight line, corrected to first order, was tried: three times worse at negative
-/// slip, where theta_m bends it and not the nodes.)
 ///
 /// Answers depend on the earlier questions; a copy takes the anchors along, so that the same questions asked of two
 /// copies get the same bits. One thread.

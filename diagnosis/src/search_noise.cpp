@@ -16,7 +16,8 @@ constexpr double suspect_share = 0.05;
 constexpr int most_passes = 6;
 constexpr double least_gain = 2;  // in -2 ln likelihood, for which the noise is settled once more
 constexpr int few = 150;          // values: more starts cost little
-constexpr double far_off = 2.5;   // times the noise that is stated or usual: rows that a model cannot follow have many minima
+constexpr double far_off =
+    2.5;  // times the noise that is stated or usual: rows that a model cannot follow have many minima
 
 /// The nominal fit again with each value in turn moved to both sides of its prior, and with all of them at their means, as long as that helps.
 void look_further(const Series& s, const Whitener& w, Fit& nominal) {

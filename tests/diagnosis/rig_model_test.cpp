@@ -147,7 +147,7 @@ TEST_F(RigTest, SlopesAgreeWithWiderDifferencesOfWholeAnswers) {
   }
 }
 
-// What is foretold almost half a prior sd from an anchor in every soil value at once (a quarter in ln K, whose sd is wide), and a
+// What is foretold almost half a prior sd from an anchor in every soil value at once (a quarter in ln K, wide), and a
 // quarter of an ordinary size in an effect, against wheels rolled there: a third of the noise (2 N, 0.2 N m, 1.5 mm).
 TEST_F(RigTest, WhatIsForetoldBesideAnAnchorIsNearWhatIsRolledThere) {
   const DiagnosisCase c = rolled("bekker.soil_node");
