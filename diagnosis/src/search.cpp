@@ -18,6 +18,11 @@ constexpr int full = 25, quick = 5;  // iterations
 constexpr std::size_t most_finalists = 3;
 constexpr int most_rounds = 4;           // of rolling where a fit ended and fitting again
 constexpr double at_rest = 0.1;          // in -2 ln likelihood
+constexpr double far_below = 1;          // in ln likelihood
+constexpr double other_noise = 5;        // in ln likelihood
+constexpr double structure_left = 1e-3;  // p
+constexpr int most_rankings = 2;
+constexpr std::size_t most_from_afar = 4;
 constexpr std::size_t most_settled = 12;  // accounts
 constexpr int evidence_draws = 64;
 constexpr double least_effective = 10, most_correction = 3;
@@ -130,9 +135,7 @@ void Search::settle_leading() {
     left.erase(next);
     if (r.evidence + r.weight + rise < best - 2 * std::log(decisive)) break;
     const double foretold = r.evidence;
-    r.fit = settled(r.candidate, std::move(r.fit));
-    r.gain = r.fit.ok ? std::max(0.0, 0.5 * (none_.objective() - r.fit.objective())) : 0;
-    r.evidence = r.gain - price(r.candidate, r.gain, r.fit.x);
+    take(r, settled(r.candidate, std::move(r.fit)));
     best = std::max(best, r.evidence + r.weight);
     rise = std::max(rise, r.evidence - foretold);
   }
@@ -202,9 +205,10 @@ const std::vector<std::string>& Search::aliases(int entry) const {
   return none;
 }
 
-void Search::rank() {
+bool Search::rank(bool last) {
+  rivals_.clear();
   scores_ = std::make_unique<ScoreTable>(*series_, nominal_candidate(), none_, *whitener_, all_);
-  if (!scores_->ok()) return;
+  if (!scores_->ok()) return true;
   const auto add = [&](Candidate c, const std::vector<std::size_t>& of, const ScoreTable::Score& s, double share) {
     Rival r;
     r.candidate = std::move(c);
@@ -225,35 +229,28 @@ void Search::rank() {
     for (std::size_t b = a + 1; b < named_; ++b)
       add(pair_of(all_[a], all_[b]), {a, b}, scores_->of_pair(a, b), 2 * share_pair / (n * (n - 1)));
 
-  const auto do_refit = [&](Rival& r) {
-    r.fit = refit(r.candidate, r.guess, none_);
-    r.refitted = true;
-    r.gain = r.fit.ok ? std::max(0.0, 0.5 * (none_.objective() - r.fit.objective())) : 0;
-    r.evidence = r.gain - price(r.candidate, r.gain, r.fit.x);
-  };
   // Single effects: the best by score, and those whose slope at zero says little of their size.
   std::vector<std::size_t> order(named_);
   for (std::size_t i = 0; i < named_; ++i) order[i] = i;
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return rivals_[a].evidence > rivals_[b].evidence; });
   for (std::size_t k = 0; k < order.size(); ++k) {
-    const std::string& id = rivals_[order[k]].candidate.id;
+    const std::string& id = all_[order[k]].id;
     const bool radius = id == "wheel_radius_error", kinked = kinked_at_zero_slip(id);
-    if (k < shortlist || kinked) do_refit(rivals_[order[k]]);
-    if (!kinked || !rivals_[order[k]].fit.ok) continue;
+    Rival& r = rivals_[order[k]];
+    if (k < shortlist || kinked) take(r, refit(r.candidate, r.guess, none_));
+    if (!kinked || !r.fit.ok) continue;
     for (const double side : {-1.0, 1.0}) {  // both sides of the step at slip 0
       if (side < 0 && !radius) continue;
       const double e = side * kink_step(id);
       Eigen::VectorXd x(none_.x.size() + 1);
       x << none_.x, e;
-      Fit f = series_->fit(rivals_[order[k]].candidate, *whitener_, x, none_.theta, full);
-      if (!f.ok || f.objective() >= rivals_[order[k]].fit.objective()) continue;
-      rivals_[order[k]].fit = std::move(f);
-      rivals_[order[k]].gain = 0.5 * (none_.objective() - rivals_[order[k]].fit.objective());
-      rivals_[order[k]].evidence =
-          rivals_[order[k]].gain - price(rivals_[order[k]].candidate, rivals_[order[k]].gain, rivals_[order[k]].fit.x);
+      Fit f = series_->fit(r.candidate, *whitener_, x, none_.theta, full);
+      if (f.ok && f.objective() < r.fit.objective()) take(r, std::move(f));
     }
   }
+  for (std::size_t i = 0; i < named_; ++i)
+    if (elsewhere_[i].size()) take_if_better(i, series_->fit(all_[i], *whitener_, elsewhere_[i], none_.theta, full));
   // Nesting: the nominal model from where the best extended one ended.
   const auto top = std::max_element(rivals_.begin(), rivals_.begin() + static_cast<long>(named_),
                                     [](const Rival& a, const Rival& b) {
@@ -265,6 +262,7 @@ void Search::rank() {
     if (again.ok && again.objective() < none_.objective() - 1e-3) {
       const double less = 0.5 * (none_.objective() - again.objective());
       none_ = std::move(again);
+      if (less > far_below && !last) return false;
       for (Rival& r : rivals_)
         if (r.refitted)
           r.gain = std::max(0.0, r.gain - less), r.evidence = r.gain - price(r.candidate, r.gain, r.fit.x);
@@ -283,12 +281,99 @@ void Search::rank() {
       if (!r.refitted && !r.candidate.named() && (!next || r.evidence + r.weight > next->evidence + next->weight))
         next = &r;
     if (!next || next->evidence + next->weight < best_refitted() - std::log(decisive) - 1) break;
-    do_refit(*next);
+    take(*next, refit(next->candidate, next->guess, none_));
   }
   rank_pairs();
+  if (singles_from_pairs()) rank_pairs();
+  if (singles_from_afar()) {
+    rank_pairs();
+    singles_from_pairs();
+  }
   // A slope alone is an upper bound: what was not refitted cannot win.
   for (Rival& r : rivals_)
     if (!r.refitted) r.evidence = std::min(r.evidence, 0.0);
+  return true;
+}
+
+/// Nesting: each effect of the leading pairs alone, from where the pair ended. A descent that stopped short before is seen here.
+bool Search::singles_from_pairs() {
+  bool found = false;
+  double best = 0;
+  for (const Rival& r : rivals_)
+    if (r.refitted) best = std::max(best, r.evidence + r.weight);
+  for (std::size_t p = all_.size(); p < rivals_.size(); ++p) {
+    const Rival& pair = rivals_[p];
+    if (!pair.refitted || !pair.fit.ok || pair.evidence + pair.weight < best - std::log(decisive)) continue;
+    for (std::size_t i = 0; i < named_; ++i)
+      for (std::size_t term = 0; term < 2; ++term) {
+        if (pair.candidate.effects[term] != all_[i].effects[0]) continue;
+        Eigen::VectorXd x(none_.x.size() + 1);
+        x << pair.fit.x.head(none_.x.size()), pair.fit.x[none_.x.size() + static_cast<Eigen::Index>(term)];
+        found |= take_if_better(i, series_->fit(all_[i], *whitener_, x, pair.fit.theta, full));
+      }
+  }
+  return found;
+}
+
+/// Where nothing that was found follows the runs, once: each effect at its usual size, both signs, from the prior means of the soil.
+bool Search::singles_from_afar() {
+  if (looked_afar_) return false;
+  const Rival* leading = leader();
+  if (remainder(leading ? leading->candidate : nominal_candidate(), leading ? leading->fit : none_).p > structure_left)
+    return false;
+  looked_afar_ = true;
+  const std::vector<double> cold(series_->runs().size(), 0.0);
+  std::vector<std::pair<std::size_t, Fit>> ends;
+  for (std::size_t i = 0; i < named_; ++i) {
+    const Term& t = all_[i].terms[0];
+    for (const double size : {t.start, -t.start}) {
+      if (size < t.lower || size > t.upper) continue;
+      Eigen::VectorXd x(none_.x.size() + 1);
+      x << series_->prior_mean(), size;
+      Fit f = series_->fit(all_[i], *whitener_, x, cold, quick);
+      if (f.ok) ends.emplace_back(i, std::move(f));
+    }
+  }
+  std::stable_sort(ends.begin(), ends.end(),
+                   [](const auto& a, const auto& b) { return a.second.objective() < b.second.objective(); });
+  bool found = false;
+  for (std::size_t k = 0; k < std::min(most_from_afar, ends.size()); ++k) {
+    const auto& [i, end] = ends[k];
+    found |= take_if_better(i, series_->fit(all_[i], *whitener_, end.x, end.theta, full));
+  }
+  return found;
+}
+
+/// A single effect that ends lower than it did: kept, and begun from there when all is ranked again.
+bool Search::take_if_better(std::size_t single, Fit f) {
+  Rival& one = rivals_[single];
+  const double before = one.refitted && one.fit.ok ? one.fit.objective() : none_.objective();
+  if (!f.ok || f.objective() > before - 2 * far_below) return false;
+  elsewhere_[single] = f.x;
+  take(one, std::move(f));
+  return true;
+}
+
+/// The best account that is not the nominal model, null where there is none that pays.
+const Rival* Search::leader() const {
+  const Rival* best = nullptr;
+  for (const Rival& r : rivals_)
+    if (r.refitted && r.fit.ok && r.evidence + r.weight > (best ? best->evidence + best->weight : 0)) best = &r;
+  return best;
+}
+
+/// The leading account follows the runs far better than the noise says that it could. Of few rows a pair follows many by chance.
+bool Search::other_noise_wins() const {
+  const Rival* best = leader();
+  return best && !from_repeats_ && series_->layout().size() >= few && own_noise_gain(best->fit) > other_noise;
+}
+
+/// What a fit says of an account.
+void Search::take(Rival& r, Fit f) const {
+  r.fit = std::move(f);
+  r.refitted = true;
+  r.gain = r.fit.ok ? std::max(0.0, 0.5 * (none_.objective() - r.fit.objective())) : 0;
+  r.evidence = r.gain - price(r.candidate, r.gain, r.fit.x);
 }
 
 /// All pairs by score: from the nominal model, and beside each of the best single effects at its own size, which shows partners that a
@@ -316,7 +401,7 @@ void Search::rank_pairs() {
       const double estimate = one.gain + s.gain;
       if (pair.base && pair.gain >= estimate) continue;  // from the nominal model: far less sure
       pair.candidate = pair_of(one.candidate, partners[i]);
-      pair.base = true;
+      pair.base = true, pair.refitted = false;
       pair.gain = estimate;
       pair.guess = Eigen::VectorXd(one.fit.x.size() + 1);
       pair.guess << one.fit.x + scores.base_step({i}, s.amplitude), s.amplitude;
@@ -337,7 +422,7 @@ void Search::rank_pairs() {
       const Fit f = series_->fit(c, *whitener_, x, one.fit.theta, quick);
       const double gain = f.ok ? 0.5 * (none_.objective() - f.objective()) : 0;
       if (gain <= pair.gain && pair.base) continue;
-      pair.candidate = c, pair.base = true, pair.gain = gain, pair.guess = f.x;
+      pair.candidate = c, pair.base = true, pair.refitted = false, pair.gain = gain, pair.guess = f.x;
       pair.evidence = gain - price(c, gain, f.x);
     }
   }
@@ -351,10 +436,10 @@ void Search::rank_pairs() {
   for (std::size_t k = 0; k < std::min(most_pairs, order.size()); ++k) {
     Rival& r = *order[k];
     if (r.evidence + r.weight < best - std::log(decisive) - 1) break;
-    r.fit = refit(r.candidate, r.guess, none_);
-    r.refitted = true;
-    r.gain = r.fit.ok ? std::max(0.0, 0.5 * (none_.objective() - r.fit.objective())) : 0;
-    r.evidence = r.gain - price(r.candidate, r.gain, r.fit.x);
+    if (!r.refitted) {
+      Fit f = refit(r.candidate, r.guess, none_);
+      take(r, r.fit.ok && r.fit.objective() <= f.objective() ? std::move(r.fit) : std::move(f));
+    }
     best = std::max(best, r.evidence + r.weight);
   }
 }
@@ -445,10 +530,17 @@ void Search::run() {
   const std::clock_t begin = std::clock();
   fit_nominal();
   join_aliases();
-  settle_noise();
-  rank();
+  elsewhere_.assign(named_, {});
+  settle_noise({nominal_candidate(), none_});
+  // What was ranked beside a nominal model that had not found its best, or under a noise that the winner denies, is ranked anew.
+  for (int again = most_rankings; !rank(again == 0) || (again > 0 && other_noise_wins()); --again) {
+    const Rival* best = leader();
+    const std::pair<Candidate, Fit> first =
+        best ? std::pair(best->candidate, best->fit) : std::pair(nominal_candidate(), none_);
+    settle_noise(first);
+  }
   // Few rows have many minima: the leading accounts from more places.
-  if (series_->layout().size() < 150) {
+  if (series_->layout().size() < few) {
     std::vector<Rival*> leading;
     for (Rival& r : rivals_)
       if (r.refitted && r.fit.ok && r.candidate.named()) leading.push_back(&r);
@@ -464,8 +556,7 @@ void Search::run() {
           Fit f = series_->fit(r->candidate, *whitener_, x, from.theta, full);
           if (f.ok && f.objective() < r->fit.objective()) r->fit = std::move(f);
         }
-      r->gain = std::max(0.0, 0.5 * (none_.objective() - r->fit.objective()));
-      r->evidence = r->gain - price(r->candidate, r->gain, r->fit.x);
+      take(*r, std::move(r->fit));
     }
   }
   settle_leading();

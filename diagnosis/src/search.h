@@ -8,6 +8,8 @@
 
 namespace grouser::diagnosis {
 
+inline constexpr int few = 150;  ///< values: more starts cost little, and many accounts follow them
+
 /// A candidate with what is known of it.
 struct Rival {
   Candidate candidate;
@@ -75,17 +77,25 @@ class Search {
   /// A fit that stands on wheels rolled where it ends (Series::settle); the steady law is exact everywhere.
   Fit settled(const Candidate& c, Fit f) const;
   void settle_leading();
-  void settle_noise();
+  /// first: account that the noise is settled on at first; where it is the nominal model, the best by score.
+  void settle_noise(std::pair<Candidate, Fit> first);
   double cost_of_noise(const Candidate& c, Fit f) const;
   void weigh_runs(const Fit& f);
   void add_second(Candidate& best, Fit& f) const;
   Noise noise_of(const Fit& f, bool& from_repeats) const;
   double memory_of(const Fit& f, Noise noise) const;
   void set_whitener();
-  void rank();
+  /// False: a better nominal model was found, and the rest is left undone unless this is the last try.
+  bool rank(bool last);
   void weigh();
   void correct_finalists();
   void rank_pairs();
+  bool singles_from_pairs();
+  bool singles_from_afar();
+  bool take_if_better(std::size_t single, Fit f);
+  const Rival* leader() const;
+  bool other_noise_wins() const;
+  void take(Rival& r, Fit f) const;
   void join_aliases();
   Candidate pair_of(const Candidate& a, const Candidate& b) const;
   double price(const Candidate& c, double gain, const Eigen::VectorXd& x) const;
@@ -99,6 +109,8 @@ class Search {
   std::unique_ptr<Series> series_;
   std::vector<Candidate> all_;  ///< named effects, then drifts
   std::size_t named_ = 0;
+  std::vector<Eigen::VectorXd> elsewhere_;  ///< of each named candidate: where it ended lower than from its score
+  bool looked_afar_ = false;
   bool disowned_ = false;
   bool from_repeats_ = false;                      ///< the scales are those of the repeats alone
   std::vector<std::vector<std::string>> aliases_;  ///< of each named candidate

@@ -15,7 +15,6 @@ constexpr int least_replicates = 30;  // values
 constexpr double suspect_share = 0.05;
 constexpr int most_passes = 6;
 constexpr double least_gain = 2;  // in -2 ln likelihood, for which the noise is settled once more
-constexpr int few = 150;          // values: more starts cost little
 constexpr double far_off =
     2.5;  // times the noise that is stated or usual: rows that a model cannot follow have many minima
 
@@ -138,13 +137,15 @@ double Search::cost_of_noise(const Candidate& c, Fit f) const {
 
 /// Best account and its noise in turn: twice, then as long as that makes the runs likelier. Where accounts are near each
 /// other, two rounds alone end wherever the last digits of the first lead.
-void Search::settle_noise() {
+void Search::settle_noise(std::pair<Candidate, Fit> first) {
   double last = std::numeric_limits<double>::infinity();
+  const int sure = first.first.terms.empty() ? 2 : 1;  // passes
   for (int pass = 0; pass < most_passes; ++pass) {
     const ScoreTable scores(*series_, nominal_candidate(), none_, *whitener_, all_);
-    Candidate best = nominal_candidate();
-    Fit f = none_;
-    if (scores.ok()) {
+    const bool given = pass == 0 && sure == 1;
+    Candidate best = given ? std::move(first.first) : nominal_candidate();
+    Fit f = given ? std::move(first.second) : none_;
+    if (!given && scores.ok()) {
       double most = 0;
       Eigen::VectorXd guess;
       for (std::size_t i = 0; i < all_.size(); ++i) {
@@ -174,7 +175,7 @@ void Search::settle_noise() {
     noise_.rho = memory_of(f, noise_);
     set_whitener();
     const double cost = cost_of_noise(best, f);
-    if (pass >= 2 && !(cost < last)) {  // no likelier: back
+    if (pass >= sure && !(cost < last)) {  // no likelier: back
       noise_ = noise_before, scatter_ = scatter_before;
       disowned_ = disowned_before, from_repeats_ = repeats_before;
       set_whitener();
