@@ -399,7 +399,7 @@ void Search::rank_pairs() {
       Rival& pair = rivals_[place[base * named_ + i]];
       const ScoreTable::Score s = scores.of(i);
       const double estimate = one.gain + s.gain;
-      if (pair.base && pair.gain >= estimate) continue;  // from the nominal model: far less sure
+      if ((pair.base || pair.refitted) && pair.gain >= estimate) continue;  // from the nominal model: far less sure
       pair.candidate = pair_of(one.candidate, partners[i]);
       pair.base = true, pair.refitted = false;
       pair.gain = estimate;
@@ -421,7 +421,7 @@ void Search::rank_pairs() {
       const Candidate c = pair_of(one.candidate, all_[i]);
       const Fit f = series_->fit(c, *whitener_, x, one.fit.theta, quick);
       const double gain = f.ok ? 0.5 * (none_.objective() - f.objective()) : 0;
-      if (gain <= pair.gain && pair.base) continue;
+      if (gain <= pair.gain && (pair.base || pair.refitted)) continue;
       pair.candidate = c, pair.base = true, pair.refitted = false, pair.gain = gain, pair.guess = f.x;
       pair.evidence = gain - price(c, gain, f.x);
     }
