@@ -12,6 +12,8 @@ namespace grouser::sdem {
 
 namespace {
 
+constexpr int kPeriodicGrains = 6;  ///< least width of a slab without walls, in largest grains (as dem.sphere)
+
 void put(std::string& text, const char* name, double value) {
   char line[80];
   std::snprintf(line, sizeof line, "%s %.17g\n", name, value);
@@ -64,8 +66,11 @@ Campaign load_campaign(const std::filesystem::path& file) {
   c.clearance = b.quantity("clearance", "m", Range::non_negative());
   c.margin = b.quantity("length", "m", Range::positive());
   c.brick = b.quantity("brick", "m", Range::positive());
-  if (c.width > 0 && c.width <= 2 * c.soil.largest)
-    b.error_at("width", "the slab must be wider than two of the largest grains");
+  c.periodic = b.choice_or("sides", "walls", {"walls", "periodic"}) == "periodic";
+  const int grains = c.periodic ? kPeriodicGrains : 2;
+  if (c.width > 0 && (c.periodic ? c.width < grains * c.soil.largest : c.width <= 2 * c.soil.largest))
+    b.error_at("width", c.periodic ? "a slab without walls must be six of the largest grains wide at least"
+                                   : "the slab must be wider than two of the largest grains");
   if (c.brick > 0 && c.brick <= 2 * c.soil.largest)
     b.error_at("brick", "a brick must be longer than two of the largest grains");
   b.finish();
@@ -120,6 +125,7 @@ std::vector<CampaignRun> plan_of(const Campaign& c) {
                                           {"every_m", c.every},
                                           {"reach_m", c.reach}})
           put(r.inputs, name, value);
+        if (c.periodic) r.inputs += "sides periodic\n";
         r.inputs += "run 1\n";
         r.name = dem::hash_text(r.inputs);
         runs.push_back(std::move(r));

@@ -34,9 +34,11 @@ class ConstantVelocity {
   ConstantVelocity(const Campaign& c, const CampaignRun& r, const dem::Packing& brick)
       : c_(c), r_(r), length_(r.bricks * brick.lx), solver_(make(brick)) {
     solver_.add_floor(0, 1);
-    const int walls = solver_.add_body({});
-    solver_.add_plane(walls, Vec3::Zero(), Vec3::UnitY(), 1);
-    solver_.add_plane(walls, Vec3(0, brick.ly, 0), -Vec3::UnitY(), 1);
+    if (!c.periodic) {
+      const int walls = solver_.add_body({});
+      solver_.add_plane(walls, Vec3::Zero(), Vec3::UnitY(), 1);
+      solver_.add_plane(walls, Vec3(0, brick.ly, 0), -Vec3::UnitY(), 1);
+    }
     dem::BodySettings b;
     b.X_WB.p = start();
     wheel_ = solver_.add_body(b);
@@ -73,9 +75,10 @@ class ConstantVelocity {
     s.law = c_.soil.law;
     s.dt = c_.soil.dt;
     s.precision = c_.soil.precision;
-    s.domain.lo = Vec3(0, -kBeyond, -kBeyond);
-    s.domain.hi = Vec3(length_, brick.ly + kBeyond, r_.high + 2 * c_.radius);
-    s.domain.periodic = {true, false, false};
+    const double beyond = c_.periodic ? 0 : kBeyond;
+    s.domain.lo = Vec3(0, -beyond, -kBeyond);
+    s.domain.hi = Vec3(length_, brick.ly + beyond, r_.high + 2 * c_.radius);
+    s.domain.periodic = {true, c_.periodic, false};
     std::vector<dem::GrainState> grains = dem::tile(brick, r_.bricks, 1).grains;
     // A wheel that begins in the soil takes the place of what is there.
     const Vec3 hub = start();
@@ -197,7 +200,7 @@ dem::Packing campaign_brick(const Campaign& c, const fs::path& folder, const Run
   p.lx = c.brick;
   p.ly = c.width;
   p.height = c.bed_depth;
-  p.slab = true;
+  p.slab = !c.periodic;
   return dem::cached_packing(c.soil, p, folder, [&](double done, double) {
     if (progress) progress(done);
   });

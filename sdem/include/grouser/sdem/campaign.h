@@ -1,7 +1,7 @@
 #pragma once
 // Campaign of constant-velocity runs (dissertation 5.2.1, Table 5.1) from which tables are made: plan, one run, post-processing.
 //
-// One run: a wheel of velocity (w, vx, vz) through a slab of grains between smooth walls. For vz < 0 it starts clear of the soil and ends
+// One run: a wheel of velocity (w, vx, vz) through a slab of grains, between smooth walls or (`periodic`) its own neighbour across. For vz < 0 it starts clear of the soil and ends
 // `floor_distance` above the floor; for vz > 0 the other way. Height of the hub above the floor, between
 //   low = floor_distance + r  and  high = bed_depth + clearance + r,   T = (high - low)/|vz|                         (C1)
 // over a bed `margin` + |vx| T long, periodic along x. States are averaged over `over` of the hub's way, every `every` of it.
@@ -21,6 +21,7 @@ struct Campaign {
   std::string title, source;
   std::string wheel;             ///< name
   double radius = 0, width = 0;  ///< r, of wheel and slab [m]
+  bool periodic = false;         ///< no side walls: the slab is its own neighbour across
   dem::SoilSettings soil;
   std::vector<double> w, vx, vz;                                      ///< nodes [rad/s], [m/s]; vz without 0
   double bed_depth = 0.155, floor_distance = 0.03, clearance = 0.02;  ///< [m]
