@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <mutex>
+#include <optional>
 
 #include "file_kind.h"
 #include "grouser/sdem/campaign.h"
@@ -13,6 +14,7 @@
 #include "grouser/terrain/parallel.h"
 #include "grouser/vehicle/folder_lock.h"
 #include "progress.h"
+#include "sdem_part.h"
 
 namespace grouser::app {
 
@@ -30,11 +32,12 @@ double seconds_since(Clock::time_point begin) { return std::chrono::duration<dou
 /// Missing runs of a campaign, several at a time, with their progress weighed by cost.
 class Runs {
  public:
-  Runs(const sdem::Campaign& c, const std::vector<sdem::CampaignRun>& runs, const fs::path& folder)
+  Runs(const sdem::Campaign& c, const std::vector<sdem::CampaignRun>& runs, const fs::path& folder,
+       const SdemPart& part)
       : c_(c), runs_(runs), folder_(folder), done_(runs.size(), 0.0) {
     for (std::size_t k = 0; k < runs.size(); ++k) {
       cost_.push_back(sdem::grain_steps(c, runs[k]));
-      if (fs::exists(file(k))) continue;
+      if (!part.has(k) || fs::exists(file(k))) continue;
       missing_.push_back(k);
       total_ += cost_[k];
     }
@@ -97,16 +100,30 @@ int sdem_build(SdemBuildArguments a) {
   if (a.runs.empty()) a.runs = fs::path("runs") / ("sdem-" + stem);
   if (a.out.empty()) a.out = a.runs / "tables.h5";
   if (a.beds.empty()) a.beds = a.runs;
-  Runs state(c, runs, a.runs);
+  if (a.slurm > 0) {
+    std::string command = fmt::format("grouser sdem build '{}' --runs '{}' --beds '{}' --out '{}'", a.campaign.string(),
+                                      a.runs.string(), a.beds.string(), a.out.string());
+    if (a.overwrite) command += " --overwrite";
+    fmt::print("{}", sdem_slurm_script(command, a.slurm));
+    return 0;
+  }
+  const SdemPart part = a.part.empty() ? SdemPart() : sdem_part(a.part);
+  Runs state(c, runs, a.runs, part);
   if (a.plan) print_plan(c, runs, state);
   fmt::print(
-      "{} runs, {} of them there; the others some {:.2g} hours of one core at {:.0f} million grain steps a second\n",
-      runs.size(), runs.size() - state.missing().size(), state.hours(), 1e-6 * kGrainStepsPerSecond);
+      "{} runs{}, {} of them missing, some {:.2g} hours of one core at {:.0f} million grain steps a second\n",
+      runs.size(), part.of > 1 ? fmt::format(", part {} of {}", part.number, part.of) : "", state.missing().size(),
+      state.hours(), 1e-6 * kGrainStepsPerSecond);
   if (a.plan) return 0;
-  if (fs::exists(a.out) && !a.overwrite)
+  if (part.of == 1 && fs::exists(a.out) && !a.overwrite)
     throw ConfigError(a.out.string(), 0, 0, "is there already; use --overwrite, or another file with --out");
   std::fflush(stdout);
-  const vehicle::FolderLock lock(a.runs);
+  // Parts share the folder: no two have a run in common, and every file is written whole.
+  std::optional<vehicle::FolderLock> lock;
+  if (a.part.empty())
+    lock.emplace(a.runs);
+  else
+    fs::create_directories(a.runs);
   ProgressLine line(a.quiet);
   const auto begin = Clock::now();
   try {
@@ -117,6 +134,13 @@ int sdem_build(SdemBuildArguments a) {
     }
   } catch (const dem::DemError& e) {
     throw ConfigError(a.campaign.string(), 0, 0, e.what());
+  }
+  if (!a.part.empty()) {
+    std::size_t there = 0;
+    for (std::size_t k = 0; k < runs.size(); ++k) there += fs::exists(state.file(k)) ? 1 : 0;
+    fmt::print("part {} of {} done, {} of {} runs there; tables: the same command without --part\n", part.number, part.of,
+               there, runs.size());
+    return 0;
   }
   const sdem::Tables tables =
       sdem::make_tables(c, runs, [&](std::size_t k) { return sdem::read_run(runs[k], state.file(k)); });

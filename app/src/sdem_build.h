@@ -1,10 +1,13 @@
 #pragma once
 #include <filesystem>
+#include <string>
 
 namespace grouser::app {
 
 struct SdemBuildArguments {
   std::filesystem::path campaign, out, runs, beds;
+  std::string part;  ///< of the missing runs, see sdem_part.h; empty: all, and the tables
+  int slurm = 0;     ///< > 0: print a script of so many jobs, nothing else
   int threads = 1;
   bool plan = false, overwrite = false, quiet = false;
 };

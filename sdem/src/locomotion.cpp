@@ -23,6 +23,11 @@ LocomotionRun run_locomotion(std::shared_ptr<const Tables> tables, const Locomot
   for (std::size_t i = 0; i < steps; ++i) {
     const SliceForce f = slice.force(x, c.width);
     out.push_back({static_cast<double>(i) * h, x.s, x.z, x.vx, x.vz, f.fx, f.fz, f.torque, c.profile(x.s) - (x.z - r)});
+    if (c.probe_vz != 0) {
+      WheelState probe = x;
+      probe.vz = c.probe_vz;
+      out.back().fz_probe = slice.force(probe, c.width).fz;
+    }
     behind += (v - x.vx) * h;
     x.vx += (f.fx + c.gain * behind) / c.mass * h;
     x.vz += (f.fz - weight) / c.mass * h;
