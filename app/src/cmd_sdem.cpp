@@ -87,7 +87,8 @@ void add_sdem_command(CLI::App& cli, int& code) {
   build->add_option("--runs", b->runs, "folder of the runs (default runs/sdem-<campaign>)");
   build->add_option("--beds", b->beds, "folder that keeps the poured brick (default that of the runs)");
   build->add_option("--threads", b->threads, "runs at the same time")->check(CLI::Range(1, 1024));
-  build->add_option("--part", b->part, "K/N: only every N-th run, from the K-th, and no tables; auto: K and N from Slurm or mpirun");
+  build->add_option("--part", b->part,
+                    "K/N: only every N-th run, from the K-th, and no tables; auto: K and N from Slurm or mpirun");
   build->add_option("--slurm", b->slurm, "print a script of a Slurm array of so many jobs, nothing else")
       ->check(CLI::Range(1, 1000000));
   build->add_flag("--plan", b->plan, "only list the runs and what they cost");

@@ -110,10 +110,9 @@ int sdem_build(SdemBuildArguments a) {
   const SdemPart part = a.part.empty() ? SdemPart() : sdem_part(a.part);
   Runs state(c, runs, a.runs, part);
   if (a.plan) print_plan(c, runs, state);
-  fmt::print(
-      "{} runs{}, {} of them missing, some {:.2g} hours of one core at {:.0f} million grain steps a second\n",
-      runs.size(), part.of > 1 ? fmt::format(", part {} of {}", part.number, part.of) : "", state.missing().size(),
-      state.hours(), 1e-6 * kGrainStepsPerSecond);
+  fmt::print("{} runs{}, {} of them missing, some {:.2g} hours of one core at {:.0f} million grain steps a second\n",
+             runs.size(), part.of > 1 ? fmt::format(", part {} of {}", part.number, part.of) : "",
+             state.missing().size(), state.hours(), 1e-6 * kGrainStepsPerSecond);
   if (a.plan) return 0;
   if (part.of == 1 && fs::exists(a.out) && !a.overwrite)
     throw ConfigError(a.out.string(), 0, 0, "is there already; use --overwrite, or another file with --out");
@@ -138,8 +137,8 @@ int sdem_build(SdemBuildArguments a) {
   if (!a.part.empty()) {
     std::size_t there = 0;
     for (std::size_t k = 0; k < runs.size(); ++k) there += fs::exists(state.file(k)) ? 1 : 0;
-    fmt::print("part {} of {} done, {} of {} runs there; tables: the same command without --part\n", part.number, part.of,
-               there, runs.size());
+    fmt::print("part {} of {} done, {} of {} runs there; tables: the same command without --part\n", part.number,
+               part.of, there, runs.size());
     return 0;
   }
   const sdem::Tables tables =

@@ -47,8 +47,7 @@ int run_files(const fs::path& folder) {
   int n = 0;
   if (!fs::exists(folder)) return 0;
   for (const auto& f : fs::directory_iterator(folder))
-    n += f.path().extension() == ".h5" && f.path().filename() != "tables.h5" &&
-         f.path().stem().string().size() == 16;
+    n += f.path().extension() == ".h5" && f.path().filename() != "tables.h5" && f.path().stem().string().size() == 16;
   return n;
 }
 
@@ -66,9 +65,9 @@ TEST(SdemBuild, PartsGiveTheTablesOfOneBuild) {
   EXPECT_FALSE(fs::exists(scratch() / "parts" / "tables.h5"));
   // Ranks of mpirun and of an array, by the environment.
   const auto in = [&](const std::string& variables) {
-    return grouser_command("--version >/dev/null; " + variables + " '" GROUSER_COMMAND "' " + build(file, "parts") +
-                               " --part auto",
-                           source);
+    return grouser_command(
+        "--version >/dev/null; " + variables + " '" GROUSER_COMMAND "' " + build(file, "parts") + " --part auto",
+        source);
   };
   const CommandResult second = in("OMPI_COMM_WORLD_RANK=1 OMPI_COMM_WORLD_SIZE=3");
   EXPECT_NE(second.out.find("part 2 of 3 done, 3 of 4 runs there"), std::string::npos) << second.out << second.err;

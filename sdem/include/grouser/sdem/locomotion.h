@@ -27,14 +27,14 @@ struct LocomotionCase {
   double distance = 0.69;      ///< of travel [m]
   double start = 0;            ///< lowest point of the rim above the soil at the start [m]; negative: in it
   bool round_wheel = true;     ///< L2; else only the tables see the rounded velocity
-  double probe_vz = 0;         ///< a second look-up at this vertical velocity that moves nothing (fz_probe) [m/s]; 0: none
+  double probe_vz = 0;  ///< a second look-up at this vertical velocity that moves nothing (fz_probe) [m/s]; 0: none
   SliceSettings slice;
   Slice::Profile profile = [](double) { return 0.0; };
 };
 
 struct LocomotionSample {
   double t, s, z, vx, vz, fx, fz, torque,
-      sinkage;  ///< sinkage: undisturbed surface at s less the lowest point of the rim [m]
+      sinkage;          ///< sinkage: undisturbed surface at s less the lowest point of the rim [m]
   double fz_probe = 0;  ///< upward force of the soil, were the vertical velocity `probe_vz` [N]
 };
 
