@@ -32,6 +32,14 @@ fs::path campaign(const std::string& name, const std::string& from = "", const s
   return file;
 }
 
+/// The tests may themselves run in a job of Slurm or mpirun.
+void forget_ranks() {
+  for (const char* name :
+       {"SLURM_ARRAY_TASK_ID", "SLURM_ARRAY_TASK_COUNT", "SLURM_ARRAY_TASK_MIN", "OMPI_COMM_WORLD_RANK",
+        "OMPI_COMM_WORLD_SIZE", "PMI_RANK", "PMI_SIZE", "SLURM_PROCID", "SLURM_NTASKS"})
+    ::unsetenv(name);
+}
+
 std::string build(const fs::path& file, const std::string& runs) {
   return "sdem build " + file.string() + " --quiet --beds " + (scratch() / "beds").string() + " --runs " +
          (scratch() / runs).string();
@@ -58,6 +66,7 @@ const std::string& whole() {
 }
 
 TEST(SdemBuild, PartsGiveTheTablesOfOneBuild) {
+  forget_ranks();
   const fs::path file = campaign("parts");
   const CommandResult first = grouser_command(build(file, "parts") + " --part 1/3", source);
   EXPECT_EQ(first.code, 0) << first.err;
@@ -104,6 +113,7 @@ TEST(SdemBuild, KilledGoesOnAndGivesTheSameTables) {
 }
 
 TEST(SdemBuild, WrongPartsAndFilesAreNamed) {
+  forget_ranks();
   const fs::path file = campaign("wrong");
   const auto expect = [](const std::string& arguments, const std::string& message) {
     const CommandResult r = grouser_command(arguments, source);
