@@ -12,6 +12,7 @@
 #include "grouser/sdem/tables.h"
 #include "grouser/terrain/types.h"
 #include "sdem_build.h"
+#include "sdem_train.h"
 
 namespace grouser::app {
 
@@ -95,6 +96,14 @@ void add_sdem_command(CLI::App& cli, int& code) {
   build->add_flag("--overwrite", b->overwrite, "replace tables");
   build->add_flag("--quiet", b->quiet, "no progress line");
   build->callback([b, &code] { code = sdem_build(*b); });
+
+  const auto n = std::make_shared<SdemTrainArguments>();
+  auto* train = sdem->add_subcommand("train", "run what is missing of a training plan of sdem.v2");
+  train->add_option("plan", n->plan_file, "file of the plan")->required();
+  train->add_option("--runs", n->runs, "folder of the runs (default runs/sdem-<plan>)");
+  train->add_flag("--plan", n->plan, "only list the runs and what they cost");
+  train->add_flag("--quiet", n->quiet, "no progress line");
+  train->callback([n, &code] { code = sdem_train(*n); });
 
   const auto file = std::make_shared<fs::path>();
   const auto inputs = std::make_shared<bool>(false);
