@@ -12,6 +12,7 @@
 #include "grouser/sdem/tables.h"
 #include "grouser/terrain/types.h"
 #include "sdem_build.h"
+#include "sdem_fit.h"
 #include "sdem_train.h"
 
 namespace grouser::app {
@@ -104,6 +105,18 @@ void add_sdem_command(CLI::App& cli, int& code) {
   train->add_flag("--plan", n->plan, "only list the runs and what they cost");
   train->add_flag("--quiet", n->quiet, "no progress line");
   train->callback([n, &code] { code = sdem_train(*n); });
+
+  const auto l = std::make_shared<SdemFitArguments>();
+  auto* fit = sdem->add_subcommand("fit", "fit the law of sdem.v2 to the runs of a training plan");
+  fit->add_option("plan", l->plan_file, "file of the plan")->required();
+  fit->add_option("--runs", l->runs, "folder of the runs (default runs/sdem-<plan>)");
+  fit->add_option("--out", l->out, "file of the law (default law.h5 in the folder of the runs)");
+  fit->add_flag("--partly", l->partly, "fit the runs that are there");
+  fit->add_flag("--without-memory", l->without_memory, "ablation: no elastic memory, forces by direction alone");
+  fit->add_flag("--without-pile", l->without_pile, "ablation: displaced soil is compacted, none goes ahead or behind");
+  fit->add_flag("--overwrite", l->overwrite, "replace the law");
+  fit->add_flag("--quiet", l->quiet, "no progress");
+  fit->callback([l, &code] { code = sdem_fit(*l); });
 
   const auto file = std::make_shared<fs::path>();
   const auto inputs = std::make_shared<bool>(false);

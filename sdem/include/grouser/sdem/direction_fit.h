@@ -1,0 +1,42 @@
+#pragma once
+// Fit of the law of `sdem.v2` (direction.h) to training runs (training.h): the law is driven over the ways of the runs, free in height
+// where they were free, and its coefficients are those with the least sum of squares over windows of the way of
+//   height, drawbar, torque (free) or ln of the vertical force, drawbar, torque (held), force (pressed), and the profile's mean behind and ahead
+// each over the spread that packings show, plus the squares of what coefficients differ from their starts over their priors.
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "grouser/sdem/direction.h"
+#include "grouser/sdem/direction_wheel.h"
+#include "grouser/sdem/training.h"
+
+namespace grouser::sdem {
+
+/// Means over a window of the way, of a run and of the law on it.
+struct FitWindow {
+  std::size_t run = 0;
+  double x = 0, slip = 0;
+  bool free = false;
+  /// Grains, law: height of the lowest point over the ground [m], Fx [N], Fz [N], driving torque [N m], profile behind, ahead [m].
+  std::array<double, 6> grains{}, law{};
+  double b = 0, depth = 0, tilt = 0;  ///< of the law
+};
+
+struct FitReport {
+  std::vector<FitWindow> windows;
+  double cost_before = 0, cost_after = 0;
+  int evaluations = 0;
+  std::array<double, 3> sd_ratio{};  ///< of the law's fluctuation over that of the grains: height, Fx, torque; free runs
+};
+
+struct FitSettings {
+  int evaluations = 1500;
+  DirectionSettings wheel{0, 1, 0, true, true};  ///< of the law while it is fitted
+};
+
+/// Starts from `law` (radius, width, soil, wheel set). records in the order of runs.
+FitReport fit(const TrainingPlan& p, const std::vector<TrainingRun>& runs, const std::vector<TrainingRecord>& records,
+              Direction& law, const FitSettings& settings = {}, const std::function<void(int, double)>& progress = {});
+
+}  // namespace grouser::sdem

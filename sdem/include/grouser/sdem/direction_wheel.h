@@ -1,0 +1,63 @@
+#pragma once
+// One wheel of `sdem.v2` in its plane: direction.h integrated over a motion, with its rut.
+#include <functional>
+#include <memory>
+
+#include "grouser/sdem/direction.h"
+#include "grouser/sdem/rut.h"
+#include "grouser/terrain/state.h"
+
+namespace grouser::sdem {
+
+struct DirectionSettings {
+  double grain_noise = 1;    ///< scale of the fluctuation that single grains make; 0: none
+  std::uint64_t seed = 1;
+  double side_friction = 0;  ///< [1] assumed, no part of the fit
+  bool memory = true;        ///< D5; false: N = F_L or F_P by the direction of motion (ablation)
+  bool pile = true;          ///< soil goes ahead and behind; false: all of it is compacted (ablation)
+};
+
+/// Motion of the hub over a step at constant velocity; side: way along the axle.
+struct PlaneMotion {
+  double s0 = 0, z0 = 0, s1 = 0, z1 = 0;  ///< [m]
+  double rim = 0, side = 0;               ///< r w dt and way along the axle [m]
+};
+
+/// On the wheel at the end of the motion, of the training's width.
+struct PlaneForce {
+  double fs = 0, fz = 0, side = 0;  ///< [N]
+  double torque = 0;                ///< that the soil asks of the motor [N m]
+  double normal = 0;                ///< N [N]
+  double depth = 0;                 ///< d [m]
+  double entry = 0, exit = 0;       ///< [rad]
+  double tilt = 0, b = 0;
+  bool contact = false, outside = false;
+  double work = 0;                  ///< on the wheel over the way [J]
+  double spent = 0, stored = 0;     ///< dissipated over the way, stored now [J]
+};
+
+class DirectionWheel {
+ public:
+  DirectionWheel(std::shared_ptr<const Direction> law, const DirectionSettings& settings);
+  using Height = std::function<double(double s)>;
+  /// Goes along; `ground` is asked for soil that was not met yet.
+  PlaneForce step(const PlaneMotion& m, const Height& ground);
+  const Rut& rut() const { return rut_; }
+  /// Height of the soil less its fresh offset; NaN where nothing is known.
+  double surface(double s) const { return rut_.height(s) - law_->at(Coefficient::surface); }
+  std::int64_t steps() const { return steps_; }
+  std::int64_t outside() const { return outside_; }
+  void traverse(State& s);
+
+ private:
+  double noise(int channel, double s) const;
+
+  std::shared_ptr<const Direction> law_;
+  DirectionSettings settings_;
+  Rut rut_;
+  double lasting_ = 0;              ///< d_p [m]
+  double u_ = 0, m_ = 0, y_ = 0;    ///< of D6
+  std::int64_t steps_ = 0, outside_ = 0;
+};
+
+}  // namespace grouser::sdem

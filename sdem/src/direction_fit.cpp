@@ -1,0 +1,445 @@
+#include "grouser/sdem/direction_fit.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <unsupported/Eigen/NonLinearOptimization>
+#include <unsupported/Eigen/NumericalDiff>
+
+namespace grouser::sdem {
+
+namespace {
+
+constexpr double kStep = 1e-3;       ///< [s]
+constexpr double kGravity = 9.81;
+constexpr double kWindow = 25e-3;    ///< [m] of the way
+constexpr double kFirst = 10e-3;     ///< [m] of the way before the first window
+// What windows of two packings differ by.
+constexpr double kSdHeight = 0.7e-3, kSdShare = 0.15, kSdTorque = 0.1, kSdLog = 0.4, kSdProfile = 2e-3;
+constexpr double kHeld = 2;          ///< forces of a held wheel jump: spreads are so many times larger
+constexpr double kKnee = 2;          ///< residuals beyond grow like the root
+constexpr int kPressed = 24;         ///< samples of a pressed run
+
+/// A run as the fit needs it.
+struct Way {
+  std::size_t run = 0;
+  double load = 0;
+  bool press = false;
+  std::vector<double> t, x, z, vx, vz, spin, fx, fz, torque;
+  std::vector<bool> free;
+  std::vector<double> behind, ahead;  ///< profile less fresh soil by sample, NaN where none was taken [m]
+};
+
+double mean_between(const std::vector<double>& d, const std::vector<double>& place, double a, double b) {
+  double sum = 0;
+  int n = 0;
+  for (std::size_t i = 0; i < d.size(); ++i)
+    if (std::isfinite(d[i]) && place[i] > a && place[i] < b) {
+      sum += d[i];
+      ++n;
+    }
+  return n > 0 ? sum / n : std::nan("");
+}
+
+constexpr double kBehindFrom = -70e-3, kBehindTo = -40e-3, kAheadFrom = 25e-3, kAheadTo = 45e-3;
+
+Way way_of(std::size_t run, const TrainingPlan& p, const TrainingRun& r, const TrainingRecord& record) {
+  Way w;
+  w.run = run;
+  w.load = r.load;
+  w.press = r.kind == TrainingRun::Kind::press;
+  const auto wide = [](const std::vector<float>& v) { return std::vector<double>(v.begin(), v.end()); };
+  w.t = wide(record.time);
+  w.x = wide(record.x);
+  w.z = wide(record.z);
+  w.vx = wide(record.vx);
+  w.vz = wide(record.vz);
+  w.spin = wide(record.spin);
+  w.fx = wide(record.fx);
+  w.fz = wide(record.fz);
+  w.torque = wide(record.torque);
+  for (const float f : record.free) w.free.push_back(f > 0.5F);
+  w.behind.assign(w.t.size(), std::nan(""));
+  w.ahead = w.behind;
+  std::map<std::int64_t, double> fresh;
+  for (std::size_t k = 0; k < record.profile_sample.size(); ++k) {
+    std::vector<double> change, place;
+    const auto sample = static_cast<std::size_t>(std::max<std::int64_t>(0, record.profile_sample[k] - 1));
+    if (sample >= w.t.size()) continue;
+    for (int i = 0; i < TrainingRecord::kColumns; ++i) {
+      const double h = record.profile[k * TrainingRecord::kColumns + static_cast<std::size_t>(i)];
+      if (!std::isfinite(h)) continue;
+      const std::int64_t column = record.profile_column[k] + i;
+      const auto [at, first] = fresh.try_emplace(column, h);
+      change.push_back(h - at->second);
+      place.push_back((static_cast<double>(column) + 0.5) * p.column - w.x[sample]);
+    }
+    w.behind[sample] = mean_between(change, place, kBehindFrom, kBehindTo);
+    w.ahead[sample] = mean_between(change, place, kAheadFrom, kAheadTo);
+  }
+  return w;
+}
+
+struct Trace {
+  std::vector<double> z, fx, fz, torque, b, depth, tilt, behind, ahead;
+};
+
+/// The law over the way of a run.
+Trace drive(const Way& w, const Ground& ground, const std::shared_ptr<const Direction>& law,
+            const DirectionSettings& settings) {
+  Trace out;
+  DirectionWheel wheel(law, settings);
+  const auto height = [&](double s) { return ground.height(s, 0); };
+  const double k = std::exp(law->at(Coefficient::ln_k)), m = w.load / kGravity;
+  double x = w.x[0] - w.vx[0] * 5e-3, z = w.z[0] - w.vz[0] * 5e-3, t = std::max(0.0, w.t[0] - 5e-3), vz = 0, fz = 0;
+  for (std::size_t i = 0; i < w.t.size(); ++i) {
+    const double span = w.t[i] - t;
+    const int n = std::max(1, static_cast<int>(std::lround(span / kStep)));
+    const double h = span / n;
+    double sx = 0, sz = 0, st = 0;
+    const double up = (w.z[i] - z) / span, along = (w.x[i] - x) / span;
+    PlaneForce f;
+    for (int j = 0; j < n; ++j) {
+      if (w.free[i])
+        vz = (m * vz + h * (fz - w.load)) / (m + k * h * h);
+      else
+        vz = up;
+      f = wheel.step({x, z, x + along * h, z + vz * h, w.spin[i] * law->radius * h, 0}, height);
+      x += along * h;
+      z += vz * h;
+      fz = f.fz;
+      sx += f.fs;
+      sz += f.fz;
+      st += f.torque;
+    }
+    t = w.t[i];
+    out.z.push_back(z);
+    out.fx.push_back(sx / n);
+    out.fz.push_back(sz / n);
+    out.torque.push_back(st / n);
+    out.b.push_back(f.b);
+    out.depth.push_back(f.depth);
+    out.tilt.push_back(f.tilt);
+    double behind = std::nan(""), ahead = behind;
+    if (std::isfinite(w.behind[i])) {
+      double sum = 0;
+      int count = 0;
+      for (double d = kBehindFrom; d < kBehindTo; d += 3e-3)
+        if (const double a = wheel.surface(x + d) - height(x + d); std::isfinite(a)) {
+          sum += a;
+          ++count;
+        }
+      if (count > 0) behind = sum / count;
+    }
+    if (std::isfinite(w.ahead[i])) {
+      double sum = 0;
+      int count = 0;
+      for (double d = kAheadFrom; d < kAheadTo; d += 3e-3)
+        if (const double a = wheel.surface(x + d) - height(x + d); std::isfinite(a)) {
+          sum += a;
+          ++count;
+        }
+      if (count > 0) ahead = sum / count;
+    }
+    out.behind.push_back(behind);
+    out.ahead.push_back(ahead);
+  }
+  return out;
+}
+
+void windows_of(const Way& w, const Ground& ground, double radius, const Trace& t, std::vector<FitWindow>& out) {
+  if (w.press) return;
+  double begin = 1e300;
+  for (std::size_t i = 0; i < w.t.size(); ++i)
+    if (std::abs(w.vx[i]) > 1e-3) {
+      begin = w.x[i] + kFirst;
+      break;
+    }
+  for (std::size_t i = 0; i < w.t.size();) {
+    if (w.x[i] < begin) {
+      ++i;
+      continue;
+    }
+    const double slip = 1 - w.vx[i] / std::max(1e-9, std::abs(w.spin[i]) * radius);
+    FitWindow f;
+    f.run = w.run;
+    f.free = w.free[i];
+    std::array<int, 6> n{};
+    std::size_t j = i;
+    const auto add = [&](std::size_t k, double grains, double law) {
+      if (!std::isfinite(grains) || !std::isfinite(law)) return;
+      f.grains[k] += grains;
+      f.law[k] += law;
+      ++n[k];
+    };
+    int all = 0;
+    for (; j < w.t.size() && w.x[j] < w.x[i] + kWindow; ++j) {
+      // One slip in a window.
+      if (std::abs(1 - w.vx[j] / std::max(1e-9, std::abs(w.spin[j]) * radius) - slip) > 0.05) break;
+      const double h = ground.height(w.x[j], 0) + radius;
+      add(0, w.z[j] - h, t.z[j] - h);
+      add(1, w.fx[j], t.fx[j]);
+      add(2, w.fz[j], t.fz[j]);
+      add(3, -w.torque[j], t.torque[j]);
+      add(4, w.behind[j], t.behind[j]);
+      add(5, w.ahead[j], t.ahead[j]);
+      f.b += t.b[j];
+      f.depth += t.depth[j];
+      f.tilt += t.tilt[j];
+      ++all;
+    }
+    const bool whole = j > i && w.x[std::min(j, w.t.size() - 1)] - w.x[i] > 0.6 * kWindow;
+    if (whole) {
+      for (std::size_t k = 0; k < 6; ++k) {
+        f.grains[k] = n[k] > 0 ? f.grains[k] / n[k] : std::nan("");
+        f.law[k] = n[k] > 0 ? f.law[k] / n[k] : std::nan("");
+      }
+      f.b /= all;
+      f.depth /= all;
+      f.tilt /= all;
+      f.x = 0.5 * (w.x[i] + w.x[j - 1]);
+      f.slip = slip;
+      out.push_back(f);
+    }
+    i = std::max(j, i + 1);
+  }
+}
+
+double bent(double r) {
+  const double a = std::abs(r);
+  return a <= kKnee ? r : std::copysign(std::sqrt(2 * kKnee * a - kKnee * kKnee), r);
+}
+
+class Problem {
+ public:
+  using Scalar = double;
+  using InputType = Eigen::VectorXd;
+  using ValueType = Eigen::VectorXd;
+  using JacobianType = Eigen::MatrixXd;
+  enum { InputsAtCompileTime = Eigen::Dynamic, ValuesAtCompileTime = Eigen::Dynamic };
+
+  Problem(const TrainingPlan& p, const std::vector<TrainingRun>& runs, const std::vector<TrainingRecord>& records,
+          const Direction& law, const FitSettings& settings)
+      : runs_(runs), law_(law), settings_(settings) {
+    for (std::size_t k = 0; k < runs.size(); ++k)
+      if (!records[k].time.empty()) ways_.push_back(way_of(k, p, runs[k], records[k]));
+    for (std::size_t k = 0; k < kCoefficients; ++k)
+      if (coefficient_infos()[k].prior > 0) free_.push_back(k);
+    values_ = static_cast<int>(residuals(start()).size());
+  }
+  int inputs() const { return static_cast<int>(free_.size()); }
+  int values() const { return values_; }
+  Eigen::VectorXd start() const { return Eigen::VectorXd::Zero(inputs()); }
+  const std::vector<Way>& ways() const { return ways_; }
+  const TrainingRun& run_of(const Way& w) const { return runs_[w.run]; }
+
+  /// Coefficients from differences to their starts over priors.
+  Direction law_at(const Eigen::VectorXd& x) const {
+    Direction d = law_;
+    for (std::size_t k = 0; k < free_.size(); ++k) {
+      const CoefficientInfo& i = coefficient_infos()[free_[k]];
+      d.c[free_[k]] = i.start + i.prior * x[static_cast<Eigen::Index>(k)];
+    }
+    return d;
+  }
+
+  int operator()(const Eigen::VectorXd& x, Eigen::VectorXd& f) const {
+    const std::vector<double> r = residuals(x);
+    for (Eigen::Index i = 0; i < f.size(); ++i) f[i] = i < static_cast<Eigen::Index>(r.size()) ? r[static_cast<std::size_t>(i)] : 0;
+    return 0;
+  }
+
+  std::vector<double> residuals(const Eigen::VectorXd& x) const {
+    const auto law = std::make_shared<const Direction>(law_at(x));
+    std::vector<double> out;
+    const auto put = [&](double difference, double sd) {
+      out.push_back(std::isfinite(difference) ? bent(difference / sd) : 0.0);
+    };
+    std::vector<FitWindow> windows;
+    for (const Way& w : ways_) {
+      const Ground& ground = *runs_[w.run].ground;
+      const Trace t = drive(w, ground, law, settings_.wheel);
+      if (w.press) {
+        for (int k = 0; k < kPressed; ++k) {
+          const std::size_t i = (w.t.size() - 1) * static_cast<std::size_t>(k) / (kPressed - 1);
+          put(t.fz[i] - w.fz[i], 0.5 * std::max(w.fz[i], 3.0));
+        }
+        continue;
+      }
+      windows.clear();
+      windows_of(w, ground, law->radius, t, windows);
+      for (const FitWindow& f : windows) {
+        const double load = f.free ? w.load : std::max(f.grains[2], 2.0);
+        if (f.free)
+          put(f.law[0] - f.grains[0], kSdHeight);
+        else
+          put(std::log(std::max(f.law[2], 0.5) / std::max(f.grains[2], 0.5)), kSdLog);
+        // Held: forces of the law are those at its own normal force; ratios are compared.
+        const double scale = f.free ? 1 : std::max(f.grains[2], 0.5) / std::max(f.law[2], 0.5);
+        const double held = f.free ? 1 : kHeld;
+        put(f.law[1] * scale - f.grains[1], held * kSdShare * load);
+        put((f.law[3] * scale - f.grains[3]) / law->radius, held * kSdTorque * load);
+        put(f.law[4] - f.grains[4], kSdProfile);
+        put(f.law[5] - f.grains[5], kSdProfile);
+      }
+    }
+    for (Eigen::Index k = 0; k < x.size(); ++k) out.push_back(x[k]);
+    return out;
+  }
+
+ private:
+  const std::vector<TrainingRun>& runs_;
+  Direction law_;
+  FitSettings settings_;
+  std::vector<Way> ways_;
+  std::vector<std::size_t> free_;
+  int values_ = 0;
+};
+
+double deviation(const std::vector<double>& v) {
+  if (v.size() < 2) return 0;
+  double mean = 0, sum = 0;
+  for (const double x : v) mean += x / static_cast<double>(v.size());
+  for (const double x : v) sum += (x - mean) * (x - mean);
+  return std::sqrt(sum / static_cast<double>(v.size() - 1));
+}
+
+/// Fluctuations of free level runs: standard deviations in time of height, Fx and torque over their load, grains and law.
+struct Fluctuation {
+  std::array<double, 3> grains{}, law{};
+  double joint = 0;
+  int runs = 0;
+};
+Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>& law, const DirectionSettings& settings) {
+  Fluctuation out;
+  for (const Way& w : p.ways()) {
+    if (w.press || w.load <= 0 || p.run_of(w).slips.size() > 1 || p.run_of(w).rest > 0 ||
+        p.run_of(w).ground->describe() != flat_ground()->describe())
+      continue;
+    const Trace t = drive(w, *p.run_of(w).ground, law, settings);
+    std::array<std::vector<double>, 3> a, b;
+    const double from = w.x.front() + 0.4 * (w.x.back() - w.x.front());
+    for (std::size_t i = 0; i < w.t.size(); ++i) {
+      if (!w.free[i] || w.x[i] < from) continue;
+      a[0].push_back(w.z[i]);
+      a[1].push_back(w.fx[i] / w.load);
+      a[2].push_back(-w.torque[i] / w.load / law->radius);
+      b[0].push_back(t.z[i]);
+      b[1].push_back(t.fx[i] / w.load);
+      b[2].push_back(t.torque[i] / w.load / law->radius);
+    }
+    if (a[0].size() < 50) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      out.grains[k] += deviation(a[k]);
+      out.law[k] += deviation(b[k]);
+    }
+    double mx = 0, mt = 0, c = 0;
+    for (std::size_t i = 0; i < a[1].size(); ++i) {
+      mx += a[1][i] / static_cast<double>(a[1].size());
+      mt += a[2][i] / static_cast<double>(a[1].size());
+    }
+    for (std::size_t i = 0; i < a[1].size(); ++i) c += (a[1][i] - mx) * (a[2][i] - mt) / static_cast<double>(a[1].size());
+    out.joint += c / std::max(1e-12, deviation(a[1]) * deviation(a[2]));
+    ++out.runs;
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    out.grains[k] /= std::max(1, out.runs);
+    out.law[k] /= std::max(1, out.runs);
+  }
+  out.joint /= std::max(1, out.runs);
+  return out;
+}
+
+/// Amplitudes of the grain noise with which the law fluctuates as the grains do; twice is enough, the relation is nearly linear.
+void set_noise(const Problem& p, Direction& law, const DirectionSettings& wheel, std::array<double, 3>& ratio) {
+  law.grain = {0.5, 0.15, 0.08};
+  DirectionSettings noisy = wheel;
+  noisy.grain_noise = 1;
+  for (int turn = 0; turn < 4; ++turn) {
+    const Fluctuation f = fluctuation(p, std::make_shared<const Direction>(law), noisy);
+    if (f.runs == 0) return;
+    law.grain_joint = std::clamp(f.joint, 0.0, 0.95);
+    for (std::size_t k = 0; k < 3; ++k) {
+      ratio[k] = f.law[k] / std::max(1e-12, f.grains[k]);
+      if (turn < 3) law.grain[k] = std::clamp(law.grain[k] / std::max(0.2, ratio[k]), 0.0, 1.5);
+    }
+  }
+}
+
+/// Spread between runs of means, and the cloud of states.
+void set_spread(const std::vector<FitWindow>& windows, const std::vector<TrainingRun>& runs, Direction& law) {
+  std::map<std::size_t, std::array<double, 4>> sums;
+  for (const FitWindow& w : windows) {
+    if (!w.free || !std::isfinite(w.grains[0])) continue;
+    auto& s = sums[w.run];
+    const double load = runs[w.run].load;
+    s[0] += (w.law[0] - w.grains[0]) / std::max(w.depth, 1e-3) * law.at(Coefficient::n0);
+    s[1] += (w.grains[1] - w.law[1]) / load;
+    s[2] += (w.grains[3] - w.law[3]) / load / law.radius;
+    s[3] += 1;
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    double sum = 0;
+    int n = 0;
+    for (const auto& [run, s] : sums) {
+      sum += (s[k] / s[3]) * (s[k] / s[3]);
+      ++n;
+    }
+    law.spread[k] = n > 0 ? std::sqrt(sum / n) : 0;
+  }
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  int n = 0;
+  for (const FitWindow& w : windows) {
+    if (!(w.depth > 0)) continue;
+    const Eigen::Vector3d x(w.b, std::log(std::max(w.depth, 1e-6) / Direction::kDepth), w.tilt);
+    mean += x;
+    second += x * x.transpose();
+    ++n;
+  }
+  if (n < 5) return;
+  mean /= n;
+  const Eigen::Matrix3d inverse =
+      (second / n - mean * mean.transpose() + 1e-4 * Eigen::Matrix3d::Identity()).inverse();
+  for (int i = 0; i < 3; ++i) {
+    law.centre[static_cast<std::size_t>(i)] = mean[i];
+    for (int j = 0; j < 3; ++j) law.inverse[static_cast<std::size_t>(3 * i + j)] = inverse(i, j);
+  }
+}
+
+}  // namespace
+
+FitReport fit(const TrainingPlan& p, const std::vector<TrainingRun>& runs, const std::vector<TrainingRecord>& records,
+              Direction& law, const FitSettings& settings, const std::function<void(int, double)>& progress) {
+  Problem problem(p, runs, records, law, settings);
+  FitReport report;
+  Eigen::VectorXd x = problem.start(), f(problem.values());
+  problem(x, f);
+  report.cost_before = 0.5 * f.squaredNorm();
+  Eigen::NumericalDiff<Problem> numeric(problem, 1e-6);
+  Eigen::LevenbergMarquardt<Eigen::NumericalDiff<Problem>> lm(numeric);
+  lm.parameters.maxfev = settings.evaluations;
+  lm.parameters.ftol = 1e-5;
+  lm.parameters.xtol = 1e-4;
+  lm.parameters.factor = 1;
+  auto status = lm.minimizeInit(x);
+  while (status == Eigen::LevenbergMarquardtSpace::Running || status == Eigen::LevenbergMarquardtSpace::NotStarted) {
+    status = lm.minimizeOneStep(x);
+    if (progress) progress(static_cast<int>(lm.nfev), 0.5 * lm.fnorm * lm.fnorm);
+    if (lm.iter > 60) break;
+  }
+  report.evaluations = static_cast<int>(lm.nfev);
+  problem(x, f);
+  report.cost_after = 0.5 * f.squaredNorm();
+  law = problem.law_at(x);
+  const auto fitted = std::make_shared<const Direction>(law);
+  for (const Way& w : problem.ways())
+    windows_of(w, *runs[w.run].ground, law.radius, drive(w, *runs[w.run].ground, fitted, settings.wheel), report.windows);
+  set_spread(report.windows, runs, law);
+  set_noise(problem, law, settings.wheel, report.sd_ratio);
+  return report;
+}
+
+}  // namespace grouser::sdem

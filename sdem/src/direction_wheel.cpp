@@ -1,0 +1,143 @@
+#include "grouser/sdem/direction_wheel.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace grouser::sdem {
+
+namespace {
+
+constexpr double kPiece = 1e-3;   ///< [m] of the way in a piece of a step
+constexpr double kAround = 0.07;  ///< soil laid ahead of the rim [m]
+
+/// Standard normal number of (seed, channel, place): splitmix64, sum of four uniform ones scaled.
+double gauss(std::uint64_t seed, int channel, std::int64_t place) {
+  std::uint64_t x = seed * 0x9e3779b97f4a7c15ULL + static_cast<std::uint64_t>(channel) * 0xbf58476d1ce4e5b9ULL +
+                    static_cast<std::uint64_t>(place) * 0x94d049bb133111ebULL;
+  double sum = 0;
+  for (int k = 0; k < 4; ++k) {
+    x += 0x9e3779b97f4a7c15ULL;
+    std::uint64_t y = x;
+    y = (y ^ (y >> 30)) * 0xbf58476d1ce4e5b9ULL;
+    y = (y ^ (y >> 27)) * 0x94d049bb133111ebULL;
+    y ^= y >> 31;
+    sum += static_cast<double>(y >> 11) * 0x1.0p-53 - 0.5;
+  }
+  return sum * std::sqrt(3.0);
+}
+
+double logistic(double x) { return 1 / (1 + std::exp(-x)); }
+
+}  // namespace
+
+DirectionWheel::DirectionWheel(std::shared_ptr<const Direction> law, const DirectionSettings& settings)
+    : law_(std::move(law)), settings_(settings), rut_(law_->column, law_->radius) {}
+
+double DirectionWheel::noise(int channel, double s) const {
+  const double u = s / law_->grain_length;
+  const auto i = static_cast<std::int64_t>(std::floor(u));
+  const double t = u - static_cast<double>(i);
+  const double a = gauss(settings_.seed, channel, i), b = gauss(settings_.seed, channel, i + 1);
+  return (a + t * (b - a)) / std::sqrt(1 - 2 * t * (1 - t));
+}
+
+PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
+  using C = Coefficient;
+  const Direction& law = *law_;
+  const double r = law.radius, k = std::exp(law.at(C::ln_k)), l = std::exp(law.at(C::ln_l)),
+               lt = std::exp(law.at(C::ln_lt)), top = law.at(C::surface);
+  const double ds = m.s1 - m.s0, dz = m.z1 - m.z0;
+  rut_.lay(std::min(m.s0, m.s1) - r - kAround, std::max(m.s0, m.s1) + r + kAround,
+           [&](double s) { return ground(s) + top; });
+  const int pieces = std::clamp(static_cast<int>(std::ceil(std::max(std::abs(ds), std::abs(dz)) / kPiece)), 1, 1000);
+  const double dx = ds / pieces, dh = dz / pieces, rim = m.rim / pieces, side = m.side / pieces;
+  PlaneForce f;
+  for (int i = 1; i <= pieces; ++i) {
+    const double s = m.s0 + dx * i, z = m.z0 + dh * i;
+    const Overlap o = rut_.overlap(s, z);
+    f = PlaneForce{.work = f.work, .spent = f.spent};
+    if (!(o.area > 0)) {
+      // In the air what was lasting here is left behind.
+      const double q = std::exp(-std::abs(dx) / l);
+      lasting_ *= q;
+      u_ *= q;
+      m_ *= q;
+      y_ *= q;
+      continue;
+    }
+    const double d = std::cbrt(9 * o.area * o.area / (32 * r));
+    const double g = 2.0 / 3 * d / o.area, gs = -g * o.slope, gz = g * o.length, size = std::hypot(gs, gz);
+    const double cs = gz / size, sn = -gs / size, dt = dx * cs + dh * sn;
+    const double way = std::sqrt(dt * dt + rim * rim + side * side);
+    Level level = law.level(dt, rim, d);
+    double x1 = 0, x2 = 0, x3 = 0;
+    if (settings_.grain_noise > 0) {
+      const double j = law.grain_joint;
+      x1 = settings_.grain_noise * law.grain[0] * noise(0, s);
+      const double e = noise(1, s);
+      x2 = settings_.grain_noise * law.grain[1] * e;
+      x3 = settings_.grain_noise * law.grain[2] * (j * e + std::sqrt(std::max(0.0, 1 - j * j)) * noise(2, s));
+      level.force *= std::exp(x1);
+      level.mu += x2;
+      level.tau += x3;
+    }
+    const double before = lasting_, most = std::max(level.force, law.press(d));
+    double n = k * (d - lasting_);
+    if (settings_.memory) {
+      n = level.force + (n - level.force) * std::exp(-way / l);
+      n = std::min(n, most);
+    } else {
+      n = dh < 0 ? level.force + (most - level.force) * std::min(1.0, -dh / std::max(way, 1e-12))
+                 : level.force * std::max(0.0, 1 - dh / std::max(way, 1e-12));
+    }
+    lasting_ = d - n / k;
+    n = std::max(0.0, n);
+    const double q = 1 - std::exp(-way / lt), angle = way > 0 ? side / way : 0;
+    u_ += q * (level.mu - u_);
+    m_ += q * (level.tau - m_);
+    y_ += q * (-settings_.side_friction * angle - y_);
+    f.contact = true;
+    f.normal = n;
+    f.depth = d;
+    f.tilt = sn / cs;
+    f.b = law.b_of(std::abs(dt), dt >= 0 ? rim : -rim);
+    f.fs = n * (gs + u_ * cs);
+    f.fz = n * (gz + u_ * sn);
+    f.side = n * y_;
+    f.torque = r * m_ * n;
+    f.entry = std::asin(std::clamp(o.front / r, -1.0, 1.0));
+    f.exit = std::asin(std::clamp(o.rear / r, -1.0, 1.0));
+    f.stored = 0.5 * n * n / k;
+    f.work += f.fs * dx + f.fz * dh + f.side * side - m_ * n * rim;
+    f.spent += n * (lasting_ - before) - n * u_ * dt + m_ * n * rim - n * y_ * side;
+    Rut::Shares shares;
+    shares.forward = dt >= 0 ? 1 : -1;
+    const double b = std::clamp(f.b, Direction::kLeast, Direction::kMost);
+    if (settings_.pile) {
+      shares.compaction = logistic(law.at(C::compaction));
+      shares.ahead = std::abs(dx) > std::abs(dh) ? logistic(law.at(C::ahead0) + law.at(C::ahead1) * b) : 0.5;
+      shares.drag = std::exp(law.at(C::drag0) + law.at(C::drag1) * b) * std::abs(dx) * d;
+    } else {
+      shares.compaction = 1;
+    }
+    rut_.displace(s, z, shares);
+  }
+  if (f.contact) {
+    ++steps_;
+    f.outside = law.distance(f.b, f.depth, f.tilt) > law.outside_limit;
+    outside_ += f.outside;
+  }
+  return f;
+}
+
+void DirectionWheel::traverse(State& s) {
+  s.field("lasting", lasting_);
+  s.field("u", u_);
+  s.field("m", m_);
+  s.field("y", y_);
+  s.field("steps", steps_);
+  s.field("outside", outside_);
+  rut_.traverse(s);
+}
+
+}  // namespace grouser::sdem

@@ -1,0 +1,181 @@
+#include "grouser/sdem/rut.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace grouser::sdem {
+
+namespace {
+
+constexpr double kAhead = 20e-3, kBehind = 8e-3;  ///< lengths over which soil is spread [m]
+constexpr double kRepose = 0.6;                   ///< steepest slope, 31 degrees
+
+}  // namespace
+
+std::ptrdiff_t Rut::index(double s) const {
+  return static_cast<std::ptrdiff_t>(std::floor(s / column_)) - static_cast<std::ptrdiff_t>(base_);
+}
+
+void Rut::lay(double a, double b, const std::function<double(double)>& height) {
+  const auto lo = static_cast<std::int64_t>(std::floor(a / column_)), hi = static_cast<std::int64_t>(std::floor(b / column_));
+  const auto fresh = [&](std::int64_t k) { return height((static_cast<double>(k) + 0.5) * column_); };
+  if (h_.empty()) base_ = lo;
+  if (const auto n = static_cast<std::ptrdiff_t>(base_ - lo); n > 0) {
+    // With room, so that a wheel that goes backward does not move every column at every step.
+    const std::ptrdiff_t room = n + 64;
+    std::vector<double> more;
+    for (std::ptrdiff_t k = 0; k < room; ++k) more.push_back(fresh(base_ - room + k));
+    base_ -= room;
+    h_.insert(h_.begin(), more.begin(), more.end());
+    before_.insert(before_.begin(), more.begin(), more.end());
+    compacted_.insert(compacted_.begin(), more.size(), 0.0);
+  }
+  for (std::int64_t k = base_ + static_cast<std::int64_t>(h_.size()); k <= hi; ++k) {
+    h_.push_back(fresh(k));
+    before_.push_back(h_.back());
+    compacted_.push_back(0);
+  }
+}
+
+Overlap Rut::overlap(double s, double z) const {
+  Overlap o;
+  const double r = radius_;
+  const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(h_.size()), lo = std::max<std::ptrdiff_t>(0, index(s - r) - 1),
+                       hi = std::min(n - 1, index(s + r) + 1);
+  // The soil is a line through the columns' middles; pieces of it inside the disc, cut where they cross the rim.
+  double d0 = 0, o0 = 0, w0 = 0;
+  bool any = false, first = true;
+  for (std::ptrdiff_t i = lo; i <= hi; ++i) {
+    const double d = place(static_cast<std::size_t>(i)) - s;
+    if (std::abs(d) >= r) continue;
+    const double w = std::sqrt(r * r - d * d), over = before_[static_cast<std::size_t>(i)] - (z - w);
+    if (!first && (over > 0 || o0 > 0)) {
+      double a = d0, b = d, oa = o0, ob = over, wa = w0, wb = w;
+      if (oa < 0) {
+        const double t = oa / (oa - ob);
+        a += t * (b - a);
+        oa = 0;
+        wa = std::sqrt(std::max(0.0, r * r - a * a));
+      } else if (ob < 0) {
+        const double t = oa / (oa - ob);
+        b = a + t * (b - a);
+        ob = 0;
+        wb = std::sqrt(std::max(0.0, r * r - b * b));
+      }
+      o.area += 0.5 * (oa + ob) * (b - a);
+      o.length += b - a;
+      o.slope += wa - wb;
+      if (!any) o.rear = a;
+      o.front = b;
+      any = true;
+    }
+    d0 = d;
+    o0 = over;
+    w0 = w;
+    first = false;
+  }
+  return o;
+}
+
+/// Spreads volume [m^2] from column `from` on in direction `step`, falling off over `length`; a negative one is taken from there.
+void Rut::put(std::ptrdiff_t from, int step, double volume, double length) {
+  const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(h_.size());
+  const int many = std::max(1, static_cast<int>(std::lround(2 * length / column_)));
+  double sum = 0;
+  int fit = 0;
+  for (int k = 0; k < many; ++k) {
+    const std::ptrdiff_t i = from + k * step;
+    if (i < 0 || i >= n) break;
+    sum += many - k;
+    fit = k + 1;
+  }
+  for (int k = 0; k < fit; ++k)
+    h_[static_cast<std::size_t>(from + k * step)] += volume / column_ * (many - k) / sum;
+}
+
+/// Slopes steeper than repose give half of what is too much to their neighbour: one sweep.
+void Rut::repose(std::ptrdiff_t from, std::ptrdiff_t to) {
+  from = std::max<std::ptrdiff_t>(0, from);
+  to = std::min<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(h_.size()) - 1, to);
+  const double most = kRepose * column_;
+  for (std::ptrdiff_t i = from; i < to; ++i) {
+    double &a = h_[static_cast<std::size_t>(i)], &b = h_[static_cast<std::size_t>(i + 1)];
+    const double step = a - b, natural = std::max(most, std::abs(before_[static_cast<std::size_t>(i)] -
+                                                                 before_[static_cast<std::size_t>(i + 1)]));
+    if (std::abs(step) <= natural) continue;
+    const double give = 0.25 * (step - std::copysign(natural, step));
+    a -= give;
+    b += give;
+  }
+}
+
+void Rut::displace(double s, double z, const Shares& shares) {
+  const double r = radius_;
+  const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(h_.size()), lo = std::max<std::ptrdiff_t>(0, index(s - r)),
+                       hi = std::min(n - 1, index(s + r));
+  double moved = 0;
+  std::ptrdiff_t rear = -1, front = -1;
+  for (std::ptrdiff_t i = lo; i <= hi; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const double d = place(k) - s;
+    if (std::abs(d) >= r) continue;
+    const double rim = z - std::sqrt(r * r - d * d), over = h_[k] - rim;
+    if (over < 0) continue;
+    if (rear < 0) rear = i;
+    front = i;
+    if (over == 0) continue;
+    h_[k] = rim;
+    compacted_[k] += shares.compaction * over;
+    moved += (1 - shares.compaction) * over * column_;
+  }
+  if (rear >= 0) {
+    const int ahead = shares.forward >= 0 ? 1 : -1;
+    const std::ptrdiff_t lead = ahead > 0 ? front + 1 : rear - 1, trail = ahead > 0 ? rear - 1 : front + 1;
+    if (moved > 0 || shares.drag > 0) {
+      const bool can_lead = lead >= 0 && lead < n, can_trail = trail >= 0 && trail < n;
+      const double drag = can_lead && can_trail ? shares.drag : 0;
+      const double to_lead = !can_trail ? moved : !can_lead ? 0 : shares.ahead * moved;
+      put(lead, ahead, to_lead + drag, kAhead);
+      put(trail, -ahead, moved - to_lead - drag, kBehind);
+    }
+    repose(rear - 30, rear);
+    repose(front, front + 30);
+  }
+  // What the next pass meets: soil as it lies, once the wheel is over it no more; raised soil at once.
+  const std::ptrdiff_t from = std::max<std::ptrdiff_t>(0, lo - 40), to = std::min(n - 1, hi + 40);
+  for (std::ptrdiff_t i = from; i <= to; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    before_[k] = i < lo || i > hi ? h_[k] : std::max(before_[k], h_[k]);
+  }
+}
+
+double Rut::height(double s) const {
+  if (h_.size() < 2) return std::numeric_limits<double>::quiet_NaN();
+  const double u = s / column_ - 0.5 - static_cast<double>(base_);
+  if (!(u >= 0) || !(u <= static_cast<double>(h_.size() - 1))) return std::numeric_limits<double>::quiet_NaN();
+  const auto i = std::min(static_cast<std::size_t>(u), h_.size() - 2);
+  const double t = u - static_cast<double>(i);
+  return h_[i] + t * (h_[i + 1] - h_[i]);
+}
+
+double Rut::volume() const {
+  double sum = 0;
+  for (std::size_t i = 0; i < h_.size(); ++i) sum += h_[i] + compacted_[i];
+  return sum * column_;
+}
+
+double Rut::compacted() const {
+  double sum = 0;
+  for (const double c : compacted_) sum += c;
+  return sum * column_;
+}
+
+void Rut::traverse(State& s) {
+  s.field("base", base_);
+  s.field("h", h_);
+  s.field("before", before_);
+  s.field("compacted", compacted_);
+}
+
+}  // namespace grouser::sdem
