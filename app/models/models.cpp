@@ -12,6 +12,7 @@
 #endif
 #ifdef GROUSER_SDEM
 #include "grouser/sdem/v1.h"
+#include "grouser/sdem/v2.h"
 #endif
 
 namespace grouser {
@@ -29,6 +30,7 @@ const Registry& all_models() {
 #endif
 #ifdef GROUSER_SDEM
     r.add(sdem::v1_model());
+    r.add(sdem::v2_model());
 #endif
     return r;
   }();

@@ -118,6 +118,17 @@ void add_sdem_command(CLI::App& cli, int& code) {
   fit->add_flag("--quiet", l->quiet, "no progress");
   fit->callback([l, &code] { code = sdem_fit(*l); });
 
+  const auto v = std::make_shared<SdemCompareArguments>();
+  auto* compare = sdem->add_subcommand("compare", "a law of sdem.v2 beside runs of grains, as CSV");
+  compare->add_option("law", v->law, "law (HDF5)")->required();
+  compare->add_option("plan", v->plan_file, "file of the plan whose runs it is held against")->required();
+  compare->add_option("--runs", v->runs, "folder of the runs (default runs/sdem-<plan>)");
+  compare->add_option("--share", v->share, "last share of the way that means are taken over")->check(CLI::Range(0.01, 1.0));
+  compare->add_flag("--without-noise", v->quiet_grains, "law without the fluctuation of grains");
+  compare->add_flag("--without-memory", v->without_memory, "ablation: no elastic memory");
+  compare->add_flag("--without-pile", v->without_pile, "ablation: displaced soil is compacted");
+  compare->callback([v, &code] { code = sdem_compare(*v); });
+
   const auto file = std::make_shared<fs::path>();
   const auto inputs = std::make_shared<bool>(false);
   auto* show = sdem->add_subcommand("info", "what a file of tables holds, and what it was made from");

@@ -100,4 +100,39 @@ int sdem_fit(SdemFitArguments a) {
   return 0;
 }
 
+int sdem_compare(const SdemCompareArguments& a) {
+  const sdem::Direction law = sdem::Direction::read(a.law);
+  expect_kind(a.plan_file, "training");
+  std::vector<sdem::TrainingRun> runs;
+  const sdem::TrainingPlan p = sdem::load_training(a.plan_file, runs);
+  const fs::path folder = a.runs.empty() ? fs::path("runs") / ("sdem-" + a.plan_file.stem().string()) : a.runs;
+  fmt::print(
+      "run,ground,seed,load_N,slip,rest_s,height_mm,law_height_mm,height_sd_mm,law_height_sd_mm,fx_N,law_fx_N,fx_sd_N,"
+      "law_fx_sd_N,torque_Nm,law_torque_Nm,torque_sd_Nm,law_torque_sd_Nm,profile_rms_mm,outside,drift_m2,way_m,"
+      "simulated_s,processor_s,law_processor_s,bar_height_mm,bar_fx_N,bar_torque_Nm\n");
+  for (const sdem::TrainingRun& r : runs) {
+    const fs::path file = folder / (r.name + ".h5");
+    if (!fs::exists(file) || r.kind == sdem::TrainingRun::Kind::press) continue;
+    const sdem::TrainingRecord record = sdem::read_training(r, file);
+    const sdem::DirectionSettings wheel{a.quiet_grains ? 0.0 : 1.0, static_cast<std::uint64_t>(r.seed), 0,
+                                        !a.without_memory, !a.without_pile};
+    const sdem::Comparison c = sdem::compare(p, r, record, law, wheel, a.share);
+    std::string ground = r.ground->describe();
+    for (char& x : ground)
+      if (x == ',') x = ';';
+    const double depth = std::max(0.0, law.at(sdem::Coefficient::surface) - c.law[0]);
+    fmt::print("{},{},{},{:.4g},{:.3g},{:.3g}", r.name, ground, r.seed, c.load, c.slip, r.rest);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double unit = k == 0 ? 1e3 : 1;
+      fmt::print(",{:.5g},{:.5g},{:.4g},{:.4g}", unit * c.grains[k], unit * c.law[k], unit * c.grains_sd[k],
+                 unit * c.law_sd[k]);
+    }
+    fmt::print(",{:.4g},{:.3g},{:.2g},{:.4g},{:.4g},{:.4g},{:.4g},{:.3g},{:.3g},{:.3g}\n", 1e3 * c.profile_rms, c.outside,
+               c.drift, c.x_to - c.x_from, c.seconds, record.processor, c.law_seconds,
+               1e3 * depth * law.spread[0] / law.at(sdem::Coefficient::n0), c.load * law.spread[1],
+               c.load * law.spread[2] * law.radius);
+  }
+  return 0;
+}
+
 }  // namespace grouser::app

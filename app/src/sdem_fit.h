@@ -10,4 +10,12 @@ struct SdemFitArguments {
 /// Fits the law of sdem.v2 to the runs of a training plan; returns the exit code.
 int sdem_fit(SdemFitArguments a);
 
+struct SdemCompareArguments {
+  std::filesystem::path law, plan_file, runs;
+  double share = 0.65;
+  bool quiet_grains = false, without_memory = false, without_pile = false;
+};
+/// CSV on standard output: one row for each run of a plan that is there, grains and law.
+int sdem_compare(const SdemCompareArguments& a);
+
 }  // namespace grouser::app

@@ -58,13 +58,13 @@ const std::array<CoefficientInfo, kCoefficients>& coefficient_infos() {
       {"mu0", "tangential over normal force, b = 0", 0.1, 1},
       {"mu1", "b", 0.2, 0.7},
       {"mu2", "b^2", 0, 0.5},
-      {"mu3", "tanh(b/0.25)", 0.2, 0.5},
+      {"mu3", "tanh((b - middle)/sharp)", 0.2, 0.5},
       {"mu_d", "(d/d0 - 1)", 0, 0.3},
       {"mu_db", "b (d/d0 - 1)", 0, 0.3},
       {"tau0", "driving torque over r N, b = 0", 0.25, 1},
       {"tau1", "b", 0.2, 0.7},
       {"tau2", "b^2", 0, 0.5},
-      {"tau3", "tanh(b/0.25)", 0.2, 0.5},
+      {"tau3", "tanh((b - middle)/sharp)", 0.2, 0.5},
       {"tau_d", "(d/d0 - 1)", 0, 0.3},
       {"tau_db", "b (d/d0 - 1)", 0, 0.3},
       {"ln_l", "ln of the way l over which the level force is reached, m", std::log(4e-3), 0.7},
@@ -76,8 +76,10 @@ const std::array<CoefficientInfo, kCoefficients>& coefficient_infos() {
       {"compaction", "share of displaced soil that is compacted, logit", 1.0, 1.5},
       {"ahead0", "share of the rest that goes ahead, logit, b = 0", 0, 1},
       {"ahead1", "its change with b", -1, 1},
-      {"drag0", "ln of soil dragged ahead, over depth and way, b = 0", -4, 1},
-      {"drag1", "its change with b", -1, 1},
+      {"drag0", "soil dragged ahead over depth and way, b = 0", 0.03, 0.1},
+      {"drag1", "its change with b", -0.2, 0.3},
+      {"middle", "b where traction turns", -0.03, 0.05},
+      {"ln_sharp", "ln of the width of that turn in b", std::log(0.15), 0.4},
   }};
   return all;
 }
@@ -100,7 +102,7 @@ Level Direction::level(double dx, double rim, double d) const {
   using C = Coefficient;
   const double x = d / kDepth - 1;
   const auto forward = [&](double angle) {
-    const double b = std::clamp((angle - pi / 4) / (pi / 6), kLeast, kMost), e = std::tanh(b / kSharp);
+    const double b = std::clamp((angle - pi / 4) / (pi / 6), kLeast, kMost), e = std::tanh((b - at(C::middle)) / std::exp(at(C::ln_sharp)));
     // Far beyond the depths of training a linear change would turn the sign.
     const double y = std::clamp(x, -1.0, 2.0);
     Level l;

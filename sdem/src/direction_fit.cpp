@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <map>
 #include <memory>
 #include <unsupported/Eigen/NonLinearOptimization>
@@ -84,13 +85,15 @@ Way way_of(std::size_t run, const TrainingPlan& p, const TrainingRun& r, const T
 
 struct Trace {
   std::vector<double> z, fx, fz, torque, b, depth, tilt, behind, ahead;
+  std::shared_ptr<const DirectionWheel> wheel;
 };
 
 /// The law over the way of a run.
 Trace drive(const Way& w, const Ground& ground, const std::shared_ptr<const Direction>& law,
             const DirectionSettings& settings) {
   Trace out;
-  DirectionWheel wheel(law, settings);
+  const auto kept = std::make_shared<DirectionWheel>(law, settings);
+  DirectionWheel& wheel = *kept;
   const auto height = [&](double s) { return ground.height(s, 0); };
   const double k = std::exp(law->at(Coefficient::ln_k)), m = w.load / kGravity;
   double x = w.x[0] - w.vx[0] * 5e-3, z = w.z[0] - w.vz[0] * 5e-3, t = std::max(0.0, w.t[0] - 5e-3), vz = 0, fz = 0;
@@ -146,6 +149,7 @@ Trace drive(const Way& w, const Ground& ground, const std::shared_ptr<const Dire
     out.behind.push_back(behind);
     out.ahead.push_back(ahead);
   }
+  out.wheel = kept;
   return out;
 }
 
@@ -440,6 +444,59 @@ FitReport fit(const TrainingPlan& p, const std::vector<TrainingRun>& runs, const
   set_spread(report.windows, runs, law);
   set_noise(problem, law, settings.wheel, report.sd_ratio);
   return report;
+}
+
+Comparison compare(const TrainingPlan& p, const TrainingRun& r, const TrainingRecord& record, const Direction& law,
+                   const DirectionSettings& settings, double share) {
+  const Way w = way_of(0, p, r, record);
+  const auto shared = std::make_shared<const Direction>(law);
+  const std::clock_t begin = std::clock();
+  const Trace t = drive(w, *r.ground, shared, settings);
+  Comparison c;
+  c.law_seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  c.seconds = w.t.back() - w.t.front();
+  c.load = r.load;
+  c.slip = r.slips.empty() ? 0 : r.slips.back();
+  c.x_to = w.x.back();
+  c.x_from = w.x.back() - share * r.distance;
+  std::array<std::vector<double>, 6> v;
+  for (std::size_t i = 0; i < w.t.size(); ++i) {
+    if (w.x[i] < c.x_from) continue;
+    const double h = r.ground->height(w.x[i], 0) + p.radius;
+    const std::array<double, 6> now{w.z[i] - h, w.fx[i], -w.torque[i], t.z[i] - h, t.fx[i], t.torque[i]};
+    for (std::size_t k = 0; k < 6; ++k) v[k].push_back(now[k]);
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (const double x : v[k]) c.grains[k] += x / static_cast<double>(v[k].size());
+    for (const double x : v[k + 3]) c.law[k] += x / static_cast<double>(v[k].size());
+    c.grains_sd[k] = deviation(v[k]);
+    c.law_sd[k] = deviation(v[k + 3]);
+  }
+  std::map<std::int64_t, std::pair<double, double>> seen;
+  for (std::size_t k = 0; k < record.profile_sample.size(); ++k)
+    for (int i = 0; i < TrainingRecord::kColumns; ++i) {
+      const double h = record.profile[k * TrainingRecord::kColumns + static_cast<std::size_t>(i)];
+      if (!std::isfinite(h)) continue;
+      seen.try_emplace(record.profile_column[k] + i, h, h).first->second.second = h;
+    }
+  double sum = 0;
+  int n = 0;
+  for (const auto& [column, h] : seen) {
+    const double x = (static_cast<double>(column) + 0.5) * p.column;
+    if (x > w.x.back() - 40e-3 || x < r.start + 20e-3) continue;
+    const double surface = t.wheel->surface(x);
+    if (!std::isfinite(surface)) continue;
+    const double off = surface - r.ground->height(x, 0) - (h.second - h.first);
+    sum += off * off;
+    ++n;
+  }
+  c.profile_rms = n > 0 ? std::sqrt(sum / n) : std::nan("");
+  const Rut& rut = t.wheel->rut();
+  double fresh = 0;
+  for (std::size_t i = 0; i < rut.size(); ++i) fresh += r.ground->height(rut.place(i), 0) + law.at(Coefficient::surface);
+  c.drift = rut.volume() - fresh * rut.column();
+  c.outside = t.wheel->steps() > 0 ? static_cast<double>(t.wheel->outside()) / static_cast<double>(t.wheel->steps()) : 0;
+  return c;
 }
 
 }  // namespace grouser::sdem

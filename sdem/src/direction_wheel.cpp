@@ -33,12 +33,16 @@ double logistic(double x) { return 1 / (1 + std::exp(-x)); }
 DirectionWheel::DirectionWheel(std::shared_ptr<const Direction> law, const DirectionSettings& settings)
     : law_(std::move(law)), settings_(settings), rut_(law_->column, law_->radius) {}
 
+/// Places in pairs of opposite sign, so that means over the way are those without noise.
 double DirectionWheel::noise(int channel, double s) const {
   const double u = s / law_->grain_length;
   const auto i = static_cast<std::int64_t>(std::floor(u));
+  const auto value = [&](std::int64_t k) {
+    const bool odd = (k & 1) != 0;
+    return (odd ? -1 : 1) * gauss(settings_.seed, channel, (k - odd) / 2);
+  };
   const double t = u - static_cast<double>(i);
-  const double a = gauss(settings_.seed, channel, i), b = gauss(settings_.seed, channel, i + 1);
-  return (a + t * (b - a)) / std::sqrt(1 - 2 * t * (1 - t));
+  return value(i) + t * (value(i + 1) - value(i));
 }
 
 PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
@@ -73,7 +77,9 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
     double x1 = 0, x2 = 0, x3 = 0;
     if (settings_.grain_noise > 0) {
       const double j = law.grain_joint;
-      x1 = settings_.grain_noise * law.grain[0] * noise(0, s);
+      const double a = settings_.grain_noise * law.grain[0];
+      // The second term keeps the mean depth.
+      x1 = a * noise(0, s) + a * a / (2 * law.at(C::n0));
       const double e = noise(1, s);
       x2 = settings_.grain_noise * law.grain[1] * e;
       x3 = settings_.grain_noise * law.grain[2] * (j * e + std::sqrt(std::max(0.0, 1 - j * j)) * noise(2, s));
@@ -90,8 +96,10 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
       n = dh < 0 ? level.force + (most - level.force) * std::min(1.0, -dh / std::max(way, 1e-12))
                  : level.force * std::max(0.0, 1 - dh / std::max(way, 1e-12));
     }
+    const bool yields = n >= most;
     lasting_ = d - n / k;
     n = std::max(0.0, n);
+    const double u_before = u_, m_before = m_;
     const double q = 1 - std::exp(-way / lt), angle = way > 0 ? side / way : 0;
     u_ += q * (level.mu - u_);
     m_ += q * (level.tau - m_);
@@ -110,13 +118,34 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
     f.stored = 0.5 * n * n / k;
     f.work += f.fs * dx + f.fz * dh + f.side * side - m_ * n * rim;
     f.spent += n * (lasting_ - before) - n * u_ * dt + m_ * n * rim - n * y_ * side;
+    if (i == pieces) {
+      const double kept = std::exp(-way * pieces / l), exponent = law.at(yields && most > level.force ? C::q : C::n0);
+      f.normal_slope = n <= 0 ? 0 : yields ? exponent * n / d : k * kept + (1 - kept) * exponent * level.force / d;
+      f.normal_s = gs;
+      f.normal_z = gz;
+      f.rests = way * pieces < 1e-9;
+      if (f.rests) {
+        // At rest forces answer a motion either way like a spring that ends where it slides.
+        const Level drag = law.level(1, 0, d), spin = law.level(0, 1, d);
+        f.along_slope = -n * std::abs(drag.mu) / lt;
+        f.spin_slope = n * r * r * std::abs(spin.tau) / lt;
+        f.side_slope = -n * settings_.side_friction / lt;
+      } else {
+        const double total = way * pieces, gone = std::exp(-total / lt), e = 1e-4 * total;
+        const Level x = law.level(dt * pieces + e, rim * pieces, d), w = law.level(dt * pieces, rim * pieces + e, d);
+        f.along_slope = n * ((1 - gone) * (x.mu + x2 - level.mu) / e + gone / lt * (dt / way) * (level.mu - u_before));
+        f.spin_slope =
+            n * r * r * ((1 - gone) * (w.tau + x3 - level.tau) / e + gone / lt * (rim / way) * (level.tau - m_before));
+        f.side_slope = -n * settings_.side_friction * (1 - gone) / total;
+      }
+    }
     Rut::Shares shares;
     shares.forward = dt >= 0 ? 1 : -1;
     const double b = std::clamp(f.b, Direction::kLeast, Direction::kMost);
     if (settings_.pile) {
       shares.compaction = logistic(law.at(C::compaction));
       shares.ahead = std::abs(dx) > std::abs(dh) ? logistic(law.at(C::ahead0) + law.at(C::ahead1) * b) : 0.5;
-      shares.drag = std::exp(law.at(C::drag0) + law.at(C::drag1) * b) * std::abs(dx) * d;
+      shares.drag = (law.at(C::drag0) + law.at(C::drag1) * b) * std::abs(dx) * d;
     } else {
       shares.compaction = 1;
     }

@@ -11,6 +11,12 @@ namespace {
 constexpr double kAhead = 20e-3, kBehind = 8e-3;  ///< lengths over which soil is spread [m]
 constexpr double kRepose = 0.6;                   ///< steepest slope, 31 degrees
 
+/// Area between a chord over `a` and the circle of radius r above it, w the mean height of the circle there.
+double bulge(double a, double w, double r) {
+  w = std::max(w, 1e-3);
+  return a * a * a / 12 * r * r / (w * w * w);
+}
+
 }  // namespace
 
 std::ptrdiff_t Rut::index(double s) const {
@@ -52,18 +58,28 @@ Overlap Rut::overlap(double s, double z) const {
     const double w = std::sqrt(r * r - d * d), over = before_[static_cast<std::size_t>(i)] - (z - w);
     if (!first && (over > 0 || o0 > 0)) {
       double a = d0, b = d, oa = o0, ob = over, wa = w0, wb = w;
+      const double rise = (before_[static_cast<std::size_t>(i)] - before_[static_cast<std::size_t>(i - 1)]) / (d - d0);
+      // Where the line and the rim cross, from a straight guess: two steps of Newton.
+      const auto cross = [&] {
+        double x = d0 + o0 / (o0 - over) * (d - d0);
+        for (int k = 0; k < 2; ++k) {
+          const double root = std::sqrt(std::max(1e-12, r * r - x * x)),
+                       value = before_[static_cast<std::size_t>(i)] + rise * (x - d) - z + root, change = rise - x / root;
+          if (std::abs(change) > 1e-3) x = std::clamp(x - value / change, d0, d);
+        }
+        return x;
+      };
       if (oa < 0) {
-        const double t = oa / (oa - ob);
-        a += t * (b - a);
+        a = cross();
         oa = 0;
         wa = std::sqrt(std::max(0.0, r * r - a * a));
       } else if (ob < 0) {
-        const double t = oa / (oa - ob);
-        b = a + t * (b - a);
+        b = cross();
         ob = 0;
         wb = std::sqrt(std::max(0.0, r * r - b * b));
       }
-      o.area += 0.5 * (oa + ob) * (b - a);
+      // A piece of rim bulges by its curvature over its chord.
+      o.area += 0.5 * (oa + ob) * (b - a) + bulge(b - a, 0.5 * (wa + wb), r);
       o.length += b - a;
       o.slope += wa - wb;
       if (!any) o.rear = a;
@@ -132,7 +148,7 @@ void Rut::displace(double s, double z, const Shares& shares) {
   if (rear >= 0) {
     const int ahead = shares.forward >= 0 ? 1 : -1;
     const std::ptrdiff_t lead = ahead > 0 ? front + 1 : rear - 1, trail = ahead > 0 ? rear - 1 : front + 1;
-    if (moved > 0 || shares.drag > 0) {
+    if (moved > 0 || shares.drag != 0) {
       const bool can_lead = lead >= 0 && lead < n, can_trail = trail >= 0 && trail < n;
       const double drag = can_lead && can_trail ? shares.drag : 0;
       const double to_lead = !can_trail ? moved : !can_lead ? 0 : shares.ahead * moved;

@@ -9,7 +9,7 @@
 //   F_P  = max(F_L, p (d/d0)^q)                                  borne where the wheel is pressed without travel          (D4)
 //   N    = k (d - d_p) between 0 and F_P;  dN = k dd + (F_L - N) dS/l,  dS = |(v_t, r w, v_y)| dt                         (D5)
 //   F_t  = u N,  du = (mu(b, d) - u) dS/l_t;   M = r m N,  dm = (tau(b, d) - m) dS/l_t                                    (D6)
-//   mu, tau = c0 + c1 b + c2 b^2 + c3 tanh(b/0.25) + (c4 + c5 b)(d/d0 - 1)
+//   mu, tau = c0 + c1 b + c2 b^2 + c3 tanh((b - middle)/sharp) + (c4 + c5 b)(d/d0 - 1)
 // d_p is what is lasting of the depth: it grows where N meets F_P and follows travel over l, so a wheel that rests is held by a
 // spring k and does not creep, and one that climbs or sinks while it travels bears F_L + k l dz/ds less or more.
 #include <array>
@@ -26,7 +26,7 @@ enum class Coefficient {
   mu0, mu1, mu2, mu3, mu_d, mu_db,
   tau0, tau1, tau2, tau3, tau_d, tau_db,
   ln_l, ln_lt, ln_k, ln_p, q,
-  surface, compaction, ahead0, ahead1, drag0, drag1,
+  surface, compaction, ahead0, ahead1, drag0, drag1, middle, ln_sharp,
   count
 };
 inline constexpr std::size_t kCoefficients = static_cast<std::size_t>(Coefficient::count);
@@ -69,7 +69,6 @@ struct Direction {
 
   static constexpr double kDepth = 3e-3;              ///< d0 [m]
   static constexpr double kLeast = -0.55, kMost = 1;  ///< b of the polynomials: slips of the rim from -0.8 to 0.73
-  static constexpr double kSharp = 0.25;
 
   std::string hash_text() const;
   std::vector<std::string> faults() const;

@@ -39,4 +39,18 @@ struct FitSettings {
 FitReport fit(const TrainingPlan& p, const std::vector<TrainingRun>& runs, const std::vector<TrainingRecord>& records,
               Direction& law, const FitSettings& settings = {}, const std::function<void(int, double)>& progress = {});
 
+/// One run and the law on its way (free runs in height, held ones held), over the last share of the way.
+struct Comparison {
+  double slip = 0, load = 0, x_from = 0, x_to = 0;
+  /// Height of the lowest point over the ground [m], Fx [N], driving torque [N m].
+  std::array<double, 3> grains{}, grains_sd{}, law{}, law_sd{};
+  double profile_rms = 0;   ///< change of the profile 40 mm and more behind the hub at the end [m]
+  double outside = 0;       ///< share of steps
+  double drift = 0;         ///< of the law's volume [m^2]
+  double law_seconds = 0;   ///< processor
+  double seconds = 0;       ///< simulated
+};
+Comparison compare(const TrainingPlan& p, const TrainingRun& r, const TrainingRecord& record, const Direction& law,
+                   const DirectionSettings& settings, double share);
+
 }  // namespace grouser::sdem

@@ -32,6 +32,13 @@ struct PlaneForce {
   double entry = 0, exit = 0;       ///< [rad]
   double tilt = 0, b = 0;
   bool contact = false, outside = false;
+  // What a host's implicit step asks: changes at the end of the motion with the way.
+  double normal_slope = 0;          ///< dN/dd [N/m]
+  double normal_s = 0, normal_z = 0;  ///< -dd/ds, -dd/dz: N times this is the normal force
+  double along_slope = 0;           ///< dF_t by way along [N/m]
+  double spin_slope = 0;            ///< d(torque) by angle [N m/rad]
+  double side_slope = 0;            ///< d(side force) by way along the axle [N/m]
+  bool rests = false;               ///< no way at all
   double work = 0;                  ///< on the wheel over the way [J]
   double spent = 0, stored = 0;     ///< dissipated over the way, stored now [J]
 };
@@ -47,6 +54,7 @@ class DirectionWheel {
   double surface(double s) const { return rut_.height(s) - law_->at(Coefficient::surface); }
   std::int64_t steps() const { return steps_; }
   std::int64_t outside() const { return outside_; }
+  const Direction& law() const { return *law_; }
   void traverse(State& s);
 
  private:

@@ -29,7 +29,7 @@ class Rut {
   struct Shares {
     double compaction = 0;  ///< of what the rim displaces
     double ahead = 0.5;     ///< of the rest
-    double drag = 0;        ///< [m^2] taken from behind the contact and put ahead
+    double drag = 0;        ///< [m^2] taken from behind the contact and put ahead; negative: the other way
     double forward = 1;     ///< 1 or -1: where ahead is
   };
   /// The rim at (s, z) displaces what lies above it.
