@@ -80,6 +80,7 @@ int sdem_fit(SdemFitArguments a) {
   law.column = p.column;
   law.inputs = inputs;
   for (std::size_t k = 0; k < sdem::kCoefficients; ++k) law.c[k] = sdem::coefficient_infos()[k].start;
+  if (!a.start.empty()) law.c = sdem::Direction::read(a.start).c;
   sdem::FitSettings settings;
   settings.wheel.memory = !a.without_memory;
   settings.wheel.pile = !a.without_pile;

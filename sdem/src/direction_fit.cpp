@@ -109,7 +109,7 @@ Trace drive(const Way& w, const Ground& ground, const std::shared_ptr<const Dire
         vz = (m * vz + h * (fz - w.load)) / (m + k * h * h);
       else
         vz = up;
-      f = wheel.step({x, z, x + along * h, z + vz * h, w.spin[i] * law->radius * h, 0}, height);
+      f = wheel.step({x, z, x + along * h, z + vz * h, w.spin[i] * law->radius * h, 0, h}, height);
       x += along * h;
       z += vz * h;
       fz = f.fz;
@@ -235,7 +235,14 @@ class Problem {
   }
   int inputs() const { return static_cast<int>(free_.size()); }
   int values() const { return values_; }
-  Eigen::VectorXd start() const { return Eigen::VectorXd::Zero(inputs()); }
+  Eigen::VectorXd start() const {
+    Eigen::VectorXd x(inputs());
+    for (std::size_t k = 0; k < free_.size(); ++k) {
+      const CoefficientInfo& i = coefficient_infos()[free_[k]];
+      x[static_cast<Eigen::Index>(k)] = (law_.c[free_[k]] - i.start) / i.prior;
+    }
+    return x;
+  }
   const std::vector<Way>& ways() const { return ways_; }
   const TrainingRun& run_of(const Way& w) const { return runs_[w.run]; }
 
@@ -422,10 +429,10 @@ FitReport fit(const TrainingPlan& p, const std::vector<TrainingRun>& runs, const
   Eigen::VectorXd x = problem.start(), f(problem.values());
   problem(x, f);
   report.cost_before = 0.5 * f.squaredNorm();
-  Eigen::NumericalDiff<Problem> numeric(problem, 1e-6);
+  Eigen::NumericalDiff<Problem> numeric(problem, 1e-5);
   Eigen::LevenbergMarquardt<Eigen::NumericalDiff<Problem>> lm(numeric);
   lm.parameters.maxfev = settings.evaluations;
-  lm.parameters.ftol = 1e-5;
+  lm.parameters.ftol = 2e-4;
   lm.parameters.xtol = 1e-4;
   lm.parameters.factor = 1;
   auto status = lm.minimizeInit(x);

@@ -8,7 +8,13 @@ namespace grouser::sdem {
 namespace {
 
 constexpr double kPiece = 1e-3;   ///< [m] of the way in a piece of a step
+constexpr double kLong = 3;       ///< the noise of ln F_L is so many times longer than that of mu and tau
 constexpr double kAround = 0.07;  ///< soil laid ahead of the rim [m]
+
+// Grains that rest lose what shakes them: a small share of the friction follows the sign of velocity at once, smoothed over kStill, and the
+// slow part (D6) is larger by as much, so that on the way their sum is mu, tau. Without it a parked wheel swings and walks.
+constexpr double kDry = 0.02;
+constexpr double kStill = 1e-3;   ///< [m/s]
 
 /// Standard normal number of (seed, channel, place): splitmix64, sum of four uniform ones scaled.
 double gauss(std::uint64_t seed, int channel, std::int64_t place) {
@@ -55,6 +61,8 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
            [&](double s) { return ground(s) + top; });
   const int pieces = std::clamp(static_cast<int>(std::ceil(std::max(std::abs(ds), std::abs(dz)) / kPiece)), 1, 1000);
   const double dx = ds / pieces, dh = dz / pieces, rim = m.rim / pieces, side = m.side / pieces;
+  // Displacements of a piece over kStill times its time.
+  const double h = m.dt / pieces, rate = h > 0 ? 1 / (kStill * h) : 0;
   PlaneForce f;
   for (int i = 1; i <= pieces; ++i) {
     const double s = m.s0 + dx * i, z = m.z0 + dh * i;
@@ -63,10 +71,12 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
     if (!(o.area > 0)) {
       // In the air what was lasting here is left behind.
       const double q = std::exp(-std::abs(dx) / l);
-      lasting_ *= q;
+      elastic_ *= q;
       u_ *= q;
       m_ *= q;
       y_ *= q;
+      last_ = {};
+      last_along_ = 0;
       continue;
     }
     const double d = std::cbrt(9 * o.area * o.area / (32 * r));
@@ -79,7 +89,7 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
       const double j = law.grain_joint;
       const double a = settings_.grain_noise * law.grain[0];
       // The second term keeps the mean depth.
-      x1 = a * noise(0, s) + a * a / (2 * law.at(C::n0));
+      x1 = a * noise(0, s / kLong) + a * a / (2 * law.at(C::n0));
       const double e = noise(1, s);
       x2 = settings_.grain_noise * law.grain[1] * e;
       x3 = settings_.grain_noise * law.grain[2] * (j * e + std::sqrt(std::max(0.0, 1 - j * j)) * noise(2, s));
@@ -87,43 +97,56 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
       level.mu += x2;
       level.tau += x3;
     }
-    const double before = lasting_, most = std::max(level.force, law.press(d));
-    double n = k * (d - lasting_);
+    const double most = std::max(level.force, law.press(d)), deeper = -gs * dx - gz * dh;
+    // A wheel that begins inside the soil was pressed there.
+    if (steps_ == 0 && i == 1 && elastic_ == 0) elastic_ = d - deeper;
+    const double before = elastic_;
+    double raw = k * (elastic_ + deeper);
     if (settings_.memory) {
-      n = level.force + (n - level.force) * std::exp(-way / l);
-      n = std::min(n, most);
+      raw = level.force + (raw - level.force) * std::exp(-way / l);
+      raw = std::min(raw, most);
     } else {
-      n = dh < 0 ? level.force + (most - level.force) * std::min(1.0, -dh / std::max(way, 1e-12))
-                 : level.force * std::max(0.0, 1 - dh / std::max(way, 1e-12));
+      raw = dh < 0 ? level.force + (most - level.force) * std::min(1.0, -dh / std::max(way, 1e-12))
+                   : level.force * std::max(0.0, 1 - dh / std::max(way, 1e-12));
     }
-    const bool yields = n >= most;
-    lasting_ = d - n / k;
-    n = std::max(0.0, n);
-    const double u_before = u_, m_before = m_;
+    const bool yields = raw >= most;
+    elastic_ = raw / k;
+    const double n = std::max(0.0, raw), n_before = std::max(0.0, k * before), u_before = u_, m_before = m_;
     const double q = 1 - std::exp(-way / lt), angle = way > 0 ? side / way : 0;
-    u_ += q * (level.mu - u_);
-    m_ += q * (level.tau - m_);
-    y_ += q * (-settings_.side_friction * angle - y_);
+    const double dry_u = kDry * std::tanh(dt * rate), dry_m = kDry * std::tanh(rim * rate),
+                 dry_y = std::min(kDry, settings_.side_friction) * std::tanh(side * rate);
+    u_ += q * (level.mu + dry_u - u_);
+    m_ += q * (level.tau - dry_m - m_);
+    y_ += q * (dry_y - settings_.side_friction * angle - y_);
+    const double u = u_ - dry_u, torque = m_ + dry_m, aside = y_ - dry_y;
     f.contact = true;
     f.normal = n;
     f.depth = d;
     f.tilt = sn / cs;
     f.b = law.b_of(std::abs(dt), dt >= 0 ? rim : -rim);
-    f.fs = n * (gs + u_ * cs);
-    f.fz = n * (gz + u_ * sn);
-    f.side = n * y_;
-    f.torque = r * m_ * n;
+    f.fs = n * (gs + u * cs);
+    f.fz = n * (gz + u * sn);
+    f.side = n * aside;
+    f.torque = r * torque * n;
     f.entry = std::asin(std::clamp(o.front / r, -1.0, 1.0));
     f.exit = std::asin(std::clamp(o.rear / r, -1.0, 1.0));
     f.stored = 0.5 * n * n / k;
-    f.work += f.fs * dx + f.fz * dh + f.side * side - m_ * n * rim;
-    f.spent += n * (lasting_ - before) - n * u_ * dt + m_ * n * rim - n * y_ * side;
+    // Work and loss with the means of the forces at both ends of the piece.
+    const std::array<double, 4> now{f.fs, f.fz, f.side, f.torque / r}, ways{dx, dh, side, -rim};
+    for (std::size_t j = 0; j < 4; ++j) f.work += 0.5 * (last_[j] + now[j]) * ways[j];
+    f.spent += 0.5 * (n_before + n) * (deeper - (std::max(0.0, elastic_) - std::max(0.0, before))) -
+               0.5 * (last_along_ + n * u) * dt + 0.5 * (last_[3] + now[3]) * rim -
+               0.5 * (last_[2] + now[2]) * side;
+    last_ = now;
+    last_along_ = n * u;
     if (i == pieces) {
       const double kept = std::exp(-way * pieces / l), exponent = law.at(yields && most > level.force ? C::q : C::n0);
-      f.normal_slope = n <= 0 ? 0 : yields ? exponent * n / d : k * kept + (1 - kept) * exponent * level.force / d;
+      const double elastic = k * kept + (1 - kept) * exponent * level.force / d, plastic = exponent * n / d;
+      f.rests = way * pieces < 1e-9;
+      // At rest on the limit half of all motions yield, half are elastic.
+      f.normal_slope = n <= 0 ? 0 : !yields ? elastic : f.rests ? 0.5 * (elastic + plastic) : plastic;
       f.normal_s = gs;
       f.normal_z = gz;
-      f.rests = way * pieces < 1e-9;
       if (f.rests) {
         // At rest forces answer a motion either way like a spring that ends where it slides.
         const Level drag = law.level(1, 0, d), spin = law.level(0, 1, d);
@@ -133,11 +156,19 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
       } else {
         const double total = way * pieces, gone = std::exp(-total / lt), e = 1e-4 * total;
         const Level x = law.level(dt * pieces + e, rim * pieces, d), w = law.level(dt * pieces, rim * pieces + e, d);
-        f.along_slope = n * ((1 - gone) * (x.mu + x2 - level.mu) / e + gone / lt * (dt / way) * (level.mu - u_before));
+        f.along_slope = n * ((1 - gone) * (x.mu + x2 - level.mu) / e + gone / lt * (dt / way) * (level.mu + dry_u - u_before));
+        f.along_slope += u * ((1 - kept) * (x.force * std::exp(x1) - level.force) / e +
+                               kept / l * (dt / way) * (level.force - n_before));
         f.spin_slope =
-            n * r * r * ((1 - gone) * (w.tau + x3 - level.tau) / e + gone / lt * (rim / way) * (level.tau - m_before));
+            n * r * r * ((1 - gone) * (w.tau + x3 - level.tau) / e + gone / lt * (rim / way) * (level.tau - dry_m - m_before));
         f.side_slope = -n * settings_.side_friction * (1 - gone) / total;
       }
+    }
+    if (i == pieces) {
+      const double still = n * rate * h;
+      f.along_rate = -still * kDry * (1 - std::pow(dry_u / kDry, 2));
+      f.spin_rate = still * r * r * kDry * (1 - std::pow(dry_m / kDry, 2));
+      f.side_rate = -still * std::min(kDry, settings_.side_friction) * (1 - std::pow(std::tanh(side * rate), 2));
     }
     Rut::Shares shares;
     shares.forward = dt >= 0 ? 1 : -1;
@@ -160,7 +191,9 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
 }
 
 void DirectionWheel::traverse(State& s) {
-  s.field("lasting", lasting_);
+  s.field("elastic", elastic_);
+  s.field("last_along", last_along_);
+  s.reals("last", last_.data(), last_.size());
   s.field("u", u_);
   s.field("m", m_);
   s.field("y", y_);

@@ -159,18 +159,19 @@ class V2 final : public Terrain {
     const WheelMotion m = wheel_motion(body, motion, r, body.gear.width());
     const Vec3 begin = (motion.X_WB_begin * body.X_BG).p, end = m.pose.hub_W, axis = m.carrier.col(1);
     const Vec3 forward = m.carrier.col(0);
-    double lost = 0;
     // A wheel that was put elsewhere meets fresh soil.
     if (!w.placed || (begin - w.hub).norm() > 0.1 * r) {
-      lost = w.stored;
+      const double released = w.stored;
       w = Wheel(o_, k);
       w.placed = true;
+      w.stored = released;
     }
+    const double stored = w.stored;
     const double from = w.s, to = from + (end - begin).dot(forward);
     w.s = to;
     w.hub = end;
     w.forward = forward;
-    const PlaneForce f = w.plane.step({from, begin.z(), to, end.z(), r * m.spin * c.dt, (end - begin).dot(axis)},
+    const PlaneForce f = w.plane.step({from, begin.z(), to, end.z(), r * m.spin * c.dt, (end - begin).dot(axis), c.dt},
                                       [&](double s) {
                                         return ground().height(end.x() + (s - to) * forward.x(),
                                                                end.y() + (s - to) * forward.y());
@@ -178,9 +179,10 @@ class V2 final : public Terrain {
     w.normal = scale * f.normal;
     w.depth = f.depth;
     w.stored = scale * f.stored;
-    w.spent = scale * f.spent + lost;
+    w.spent = scale * f.spent;
     if (!f.contact) {
-      w.integration = scale * f.work;
+      w.spent = 0;
+      w.integration = stored;  // released within the step, past its last impulse
       return clear_result(result);
     }
     const Vec3 up = Vec3::UnitZ();
@@ -199,6 +201,8 @@ class V2 final : public Terrain {
     const double rate = f.rests ? 1 : c.dt;
     into.topLeftCorner<3, 3>() += rate * sliding;
     into.bottomRightCorner<3, 3>() += rate * spin;
+    D.topLeftCorner<3, 3>() += scale * (f.along_rate * along * along.transpose() + f.side_rate * axis * axis.transpose());
+    D.bottomRightCorner<3, 3>() -= scale * f.spin_rate * axis * axis.transpose();
     ContactPatch patch;
     patch.sinkage = ground().height(end.x(), end.y()) - (end.z() - r);
     patch.angle = f.entry;

@@ -96,20 +96,15 @@ inline ModelInfo with_defaults(ModelInfo m, const std::vector<std::string>& line
 }
 
 #ifdef GROUSER_SDEM
-/// sdem.v2 with a law for the wheel asked here: the starts of the coefficients, forces of a wheel of 115 N, level soil. Without the
-/// fluctuation of grains (no symmetry has it) and with friction aside.
+/// sdem.v2 with the law of examples/17, given to the wheel and soil asked here: forces those of 115 N in place of 5.4 N, level soil,
+/// without the fluctuation of grains (no symmetry has it) and with friction aside.
 inline ModelInfo with_law(ModelInfo m) {
-  sdem::Direction law;
-  law.title = "law of the conformance tests";
-  law.wheel = gear().name;
+  sdem::Direction law = sdem::Direction::read(examples() + "/17_surrogate_by_direction/law.h5");
   law.soil = sdem::soil_text(soil().dem);
   law.radius = radius();
   law.width = gear().width();
-  for (std::size_t k = 0; k < sdem::kCoefficients; ++k) law.c[k] = sdem::coefficient_infos()[k].start;
   using C = sdem::Coefficient;
-  law.at(C::l0) = std::log(40.0);
-  law.at(C::ln_p) = std::log(80.0);
-  law.at(C::ln_k) = std::log(4e5);
+  for (const C k : {C::l0, C::ln_p, C::ln_k}) law.at(k) += std::log(115 / 5.4);
   law.at(C::surface) = 0;
   const auto file = std::filesystem::temp_directory_path() / ("conformance_law_" + std::to_string(::getpid()) + ".h5");
   law.write(file);

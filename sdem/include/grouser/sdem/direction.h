@@ -7,11 +7,11 @@
 //   d    = (9 A^2/(32 r))^(1/3),  A = area of the disc below the soil as it lay before this pass                          (D2)
 //   F_L  = exp(l0 + l1 b + l2 b^2 + l3 b^3) (d/d0)^(n0 + n1 b)   borne at that depth in level travel, d0 = 3 mm           (D3)
 //   F_P  = max(F_L, p (d/d0)^q)                                  borne where the wheel is pressed without travel          (D4)
-//   N    = k (d - d_p) between 0 and F_P;  dN = k dd + (F_L - N) dS/l,  dS = |(v_t, r w, v_y)| dt                         (D5)
+//   dN   = k dd + (F_L - N) dS/l,  N between 0 and F_P,  dS = |(v_t, r w, v_y)| dt,  dd by the motion of the wheel        (D5)
 //   F_t  = u N,  du = (mu(b, d) - u) dS/l_t;   M = r m N,  dm = (tau(b, d) - m) dS/l_t                                    (D6)
 //   mu, tau = c0 + c1 b + c2 b^2 + c3 tanh((b - middle)/sharp) + (c4 + c5 b)(d/d0 - 1)
-// d_p is what is lasting of the depth: it grows where N meets F_P and follows travel over l, so a wheel that rests is held by a
-// spring k and does not creep, and one that climbs or sinks while it travels bears F_L + k l dz/ds less or more.
+// A wheel that rests is held by a spring k and does not creep; one that sinks while it travels bears F_L + k l |dz|/dS, one that climbs
+// so much less. The part of the depth that is not N/k lasts.
 #include <array>
 #include <cstdint>
 #include <filesystem>

@@ -35,7 +35,7 @@ struct FitSettings {
   DirectionSettings wheel{0, 1, 0, true, true};  ///< of the law while it is fitted
 };
 
-/// Starts from `law` (radius, width, soil, wheel set). records in the order of runs.
+/// Starts from `law` (radius, width, soil, wheel and coefficients set). records in the order of runs.
 FitReport fit(const TrainingPlan& p, const std::vector<TrainingRun>& runs, const std::vector<TrainingRecord>& records,
               Direction& law, const FitSettings& settings = {}, const std::function<void(int, double)>& progress = {});
 

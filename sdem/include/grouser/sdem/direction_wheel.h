@@ -21,6 +21,7 @@ struct DirectionSettings {
 struct PlaneMotion {
   double s0 = 0, z0 = 0, s1 = 0, z1 = 0;  ///< [m]
   double rim = 0, side = 0;               ///< r w dt and way along the axle [m]
+  double dt = 0;                          ///< [s] counts for the loss of a wheel that all but rests, no more
 };
 
 /// On the wheel at the end of the motion, of the training's width.
@@ -38,6 +39,7 @@ struct PlaneForce {
   double along_slope = 0;           ///< dF_t by way along [N/m]
   double spin_slope = 0;            ///< d(torque) by angle [N m/rad]
   double side_slope = 0;            ///< d(side force) by way along the axle [N/m]
+  double along_rate = 0, spin_rate = 0, side_rate = 0;  ///< the same by velocity [N s/m], [N m s/rad]
   bool rests = false;               ///< no way at all
   double work = 0;                  ///< on the wheel over the way [J]
   double spent = 0, stored = 0;     ///< dissipated over the way, stored now [J]
@@ -63,7 +65,9 @@ class DirectionWheel {
   std::shared_ptr<const Direction> law_;
   DirectionSettings settings_;
   Rut rut_;
-  double lasting_ = 0;              ///< d_p [m]
+  double elastic_ = 0;              ///< N/k, negative: how far the rim is clear of what it pressed [m]
+  double last_along_ = 0;           ///< N u then [N]
+  std::array<double, 4> last_{};    ///< forces and torque/r at the end of the last piece [N]
   double u_ = 0, m_ = 0, y_ = 0;    ///< of D6
   std::int64_t steps_ = 0, outside_ = 0;
 };
