@@ -9,7 +9,9 @@
 #include <memory>
 
 #include "commands.h"
+#include "grouser/sdem/direction.h"
 #include "grouser/sdem/tables.h"
+#include "grouser/terrain/recorder.h"
 #include "grouser/terrain/types.h"
 #include "sdem_build.h"
 #include "sdem_fit.h"
@@ -34,7 +36,23 @@ std::string scaled(const std::vector<double>& x, double factor, const std::strin
   return fmt::format("{} {}", fmt::join(words, ", "), unit);
 }
 
+bool is_law(const fs::path& file) { return RunFile(file).attributes().kind == "sdem law"; }
+
+int law_info(const fs::path& file, bool inputs) {
+  const sdem::Direction d = sdem::Direction::read(file);
+  fmt::print("{}\nsource: {}\nhash: {}, {:.1f} kB\nwheel: {}, radius {:.4g} mm, forces of a width of {:.4g} mm\n", d.title,
+             d.source, d.hash_text(), 1e-3 * static_cast<double>(fs::file_size(file)), d.wheel, 1e3 * d.radius,
+             1e3 * d.width);
+  for (std::size_t k = 0; k < sdem::kCoefficients; ++k)
+    fmt::print("{:<12}{:>10.4g}  {}\n", sdem::coefficient_infos()[k].name, d.c[k], sdem::coefficient_infos()[k].what);
+  fmt::print("spread of packings: ln F {:.3g}, mu {:.3g}, tau {:.3g}\nsoil:\n{}", d.spread[0], d.spread[1], d.spread[2],
+             d.soil);
+  if (inputs) fmt::print("inputs:\n{}\n", d.inputs);
+  return 0;
+}
+
 int info(const fs::path& file, bool inputs) {
+  if (is_law(file)) return law_info(file, inputs);
   const sdem::Tables t = sdem::Tables::read(file);
   fmt::print("{}\nsource: {}\nhash: {}, {:.1f} MB on disk, {:.1f} MB in memory\n", t.title, t.source, t.hash_text(),
              1e-6 * static_cast<double>(fs::file_size(file)), 1e-6 * static_cast<double>(t.bytes()));
@@ -58,6 +76,11 @@ int info(const fs::path& file, bool inputs) {
 }
 
 int validate(const fs::path& file) {
+  if (is_law(file)) {
+    fmt::print("{}: content matches its hash {}, every value finite\n", file.string(),
+               sdem::Direction::read(file).hash_text());
+    return 0;
+  }
   const sdem::Tables t = sdem::Tables::read(file);  // hash, sizes, finite values
   fmt::print("{}: content matches its hash {}, {} velocity nodes, every value finite\n", file.string(), t.hash_text(),
              t.nodes());
@@ -132,13 +155,13 @@ void add_sdem_command(CLI::App& cli, int& code) {
 
   const auto file = std::make_shared<fs::path>();
   const auto inputs = std::make_shared<bool>(false);
-  auto* show = sdem->add_subcommand("info", "what a file of tables holds, and what it was made from");
-  show->add_option("file", *file, "tables (HDF5)")->required();
+  auto* show = sdem->add_subcommand("info", "what a file of tables or a law holds, and what it was made from");
+  show->add_option("file", *file, "tables or law (HDF5)")->required();
   show->add_flag("--inputs", *inputs, "also everything that they were made from");
   show->callback([file, inputs, &code] { code = info(*file, *inputs); });
   auto* check =
-      sdem->add_subcommand("validate", "check a file of tables: hash, sizes, values, share of estimated cells");
-  check->add_option("file", *file, "tables (HDF5)")->required();
+      sdem->add_subcommand("validate", "check a file of tables or a law: hash, sizes, values, share of estimated cells");
+  check->add_option("file", *file, "tables or law (HDF5)")->required();
   check->callback([file, &code] { code = validate(*file); });
 }
 

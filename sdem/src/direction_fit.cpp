@@ -321,6 +321,7 @@ double deviation(const std::vector<double>& v) {
 struct Fluctuation {
   std::array<double, 3> grains{}, law{};
   double joint = 0;
+  double height = 0, depth = 0;  ///< of the law, means [m]
   int runs = 0;
 };
 Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>& law, const DirectionSettings& settings) {
@@ -342,6 +343,8 @@ Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>
       b[2].push_back(t.torque[i] / w.load / law->radius);
     }
     if (a[0].size() < 50) continue;
+    for (const double z : b[0]) out.height += z / static_cast<double>(b[0].size());
+    for (const double d : t.depth) out.depth += d / static_cast<double>(t.depth.size());
     for (std::size_t k = 0; k < 3; ++k) {
       out.grains[k] += deviation(a[k]);
       out.law[k] += deviation(b[k]);
@@ -360,21 +363,30 @@ Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>
     out.law[k] /= std::max(1, out.runs);
   }
   out.joint /= std::max(1, out.runs);
+  out.height /= std::max(1, out.runs);
+  out.depth /= std::max(1, out.runs);
   return out;
 }
 
-/// Amplitudes of the grain noise with which the law fluctuates as the grains do; twice is enough, the relation is nearly linear.
+/// Amplitudes of the grain noise with which the law fluctuates as the grains do, and the shift that keeps its mean height.
 void set_noise(const Problem& p, Direction& law, const DirectionSettings& wheel, std::array<double, 3>& ratio) {
   law.grain = {0.5, 0.15, 0.08};
   DirectionSettings noisy = wheel;
   noisy.grain_noise = 1;
-  for (int turn = 0; turn < 4; ++turn) {
+  DirectionSettings still = wheel;
+  still.grain_noise = 0;
+  const Fluctuation quiet = fluctuation(p, std::make_shared<const Direction>(law), still);
+  law.grain_shift = 0;
+  constexpr int kTurns = 6;
+  for (int turn = 0; turn < kTurns; ++turn) {
     const Fluctuation f = fluctuation(p, std::make_shared<const Direction>(law), noisy);
     if (f.runs == 0) return;
     law.grain_joint = std::clamp(f.joint, 0.0, 0.95);
+    if (turn + 1 < kTurns)
+      law.grain_shift -= law.at(Coefficient::n0) * (f.height - quiet.height) / std::max(1e-3, quiet.depth);
     for (std::size_t k = 0; k < 3; ++k) {
       ratio[k] = f.law[k] / std::max(1e-12, f.grains[k]);
-      if (turn < 3) law.grain[k] = std::clamp(law.grain[k] / std::max(0.2, ratio[k]), 0.0, 1.5);
+      if (turn + 1 < kTurns) law.grain[k] = std::clamp(law.grain[k] / std::max(0.2, ratio[k]), 0.0, 1.5);
     }
   }
 }

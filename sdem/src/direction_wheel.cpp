@@ -8,7 +8,7 @@ namespace grouser::sdem {
 namespace {
 
 constexpr double kPiece = 1e-3;   ///< [m] of the way in a piece of a step
-constexpr double kLong = 3;       ///< the noise of ln F_L is so many times longer than that of mu and tau
+constexpr double kLong = 4;       ///< the noise of ln F_L is so many times longer than that of mu and tau
 constexpr double kAround = 0.07;  ///< soil laid ahead of the rim [m]
 
 // Grains that rest lose what shakes them: a small share of the friction follows the sign of velocity at once, smoothed over kStill, and the
@@ -88,8 +88,7 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
     if (settings_.grain_noise > 0) {
       const double j = law.grain_joint;
       const double a = settings_.grain_noise * law.grain[0];
-      // The second term keeps the mean depth.
-      x1 = a * noise(0, s / kLong) + a * a / (2 * law.at(C::n0));
+      x1 = a * noise(0, s / kLong) + settings_.grain_noise * settings_.grain_noise * law.grain_shift;
       const double e = noise(1, s);
       x2 = settings_.grain_noise * law.grain[1] * e;
       x3 = settings_.grain_noise * law.grain[2] * (j * e + std::sqrt(std::max(0.0, 1 - j * j)) * noise(2, s));

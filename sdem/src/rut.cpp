@@ -9,6 +9,7 @@ namespace grouser::sdem {
 namespace {
 
 constexpr double kAhead = 20e-3, kBehind = 8e-3;  ///< lengths over which soil is spread [m]
+constexpr int kPasses = 3;
 constexpr double kRepose = 0.6;                   ///< steepest slope, 31 degrees
 
 /// Area between a chord over `a` and the circle of radius r above it, w the mean height of the circle there.
@@ -130,33 +131,40 @@ void Rut::displace(double s, double z, const Shares& shares) {
   const double r = radius_;
   const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(h_.size()), lo = std::max<std::ptrdiff_t>(0, index(s - r)),
                        hi = std::min(n - 1, index(s + r));
-  double moved = 0;
   std::ptrdiff_t rear = -1, front = -1;
-  for (std::ptrdiff_t i = lo; i <= hi; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const double d = place(k) - s;
-    if (std::abs(d) >= r) continue;
-    const double rim = z - std::sqrt(r * r - d * d), over = h_[k] - rim;
-    if (over < 0) continue;
-    if (rear < 0) rear = i;
-    front = i;
-    if (over == 0) continue;
-    h_[k] = rim;
-    compacted_[k] += shares.compaction * over;
-    moved += (1 - shares.compaction) * over * column_;
-  }
-  if (rear >= 0) {
-    const int ahead = shares.forward >= 0 ? 1 : -1;
-    const std::ptrdiff_t lead = ahead > 0 ? front + 1 : rear - 1, trail = ahead > 0 ? rear - 1 : front + 1;
-    if (moved > 0 || shares.drag != 0) {
+  // What is put beside the rim or slides under it is displaced again; what is still there then is compacted.
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const bool last = pass + 1 == kPasses;
+    double moved = 0;
+    for (std::ptrdiff_t i = lo; i <= hi; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const double d = place(k) - s;
+      if (std::abs(d) >= r) continue;
+      const double rim = z - std::sqrt(r * r - d * d), over = h_[k] - rim;
+      if (over < 0) continue;
+      if (rear < 0 || i < rear) rear = i;
+      front = std::max(front, i);
+      if (over == 0) continue;
+      const double share = pass == 0 ? shares.compaction : last ? 1 : 0;
+      h_[k] = rim;
+      compacted_[k] += share * over;
+      moved += (1 - share) * over * column_;
+    }
+    if (rear < 0 || last) break;
+    const double dragged = pass == 0 ? shares.drag : 0;
+    if (moved > 0 || dragged != 0) {
+      const int ahead = shares.forward >= 0 ? 1 : -1;
+      const std::ptrdiff_t lead = ahead > 0 ? front + 1 : rear - 1, trail = ahead > 0 ? rear - 1 : front + 1;
       const bool can_lead = lead >= 0 && lead < n, can_trail = trail >= 0 && trail < n;
-      const double drag = can_lead && can_trail ? shares.drag : 0;
+      const double drag = can_lead && can_trail ? dragged : 0;
       const double to_lead = !can_trail ? moved : !can_lead ? 0 : shares.ahead * moved;
       put(lead, ahead, to_lead + drag, kAhead);
       put(trail, -ahead, moved - to_lead - drag, kBehind);
     }
-    repose(rear - 30, rear);
-    repose(front, front + 30);
+    if (pass == 0) {
+      repose(rear - 30, rear);
+      repose(front, front + 30);
+    }
   }
   // What the next pass meets: soil as it lies, once the wheel is over it no more; raised soil at once.
   const std::ptrdiff_t from = std::max<std::ptrdiff_t>(0, lo - 40), to = std::min(n - 1, hi + 40);

@@ -52,6 +52,7 @@ struct Direction {
   std::array<double, 3> spread{};
   /// Within a run about its mean: standard deviation of ln F_L, mu, tau over the way, their length of correlation [m].
   std::array<double, 3> grain{};
+  double grain_shift = 0;                             ///< of ln F_L with the noise, so that the mean height stays
   double grain_length = 6e-3;
   double grain_joint = 0;                             ///< correlation of mu and tau
   /// Middle and inverse covariance of (b, ln d/d0, tilt) over the training's windows; beyond `outside_limit` a state is outside.
