@@ -45,7 +45,7 @@ int law_info(const fs::path& file, bool inputs) {
              1e3 * d.width);
   for (std::size_t k = 0; k < sdem::kCoefficients; ++k)
     fmt::print("{:<12}{:>10.4g}  {}\n", sdem::coefficient_infos()[k].name, d.c[k], sdem::coefficient_infos()[k].what);
-  fmt::print("spread of packings: ln F {:.3g}, mu {:.3g}, tau {:.3g}\nsoil:\n{}", d.spread[0], d.spread[1], d.spread[2],
+  fmt::print("spread of packings: height {:.3g} mm, mu {:.3g}, tau {:.3g}\nsoil:\n{}", 1e3 * d.spread[0], d.spread[1], d.spread[2],
              d.soil);
   if (inputs) fmt::print("inputs:\n{}\n", d.inputs);
   return 0;

@@ -92,8 +92,8 @@ int sdem_fit(SdemFitArguments a) {
              report.cost_after, report.evaluations);
   for (std::size_t k = 0; k < sdem::kCoefficients; ++k)
     fmt::print("{:<12}{:>10.4g}  {}\n", sdem::coefficient_infos()[k].name, law.c[k], sdem::coefficient_infos()[k].what);
-  fmt::print("spread between runs: ln F {:.3g}, mu {:.3g}, tau {:.3g}; grains within: {:.3g}, {:.3g}, {:.3g}\n",
-             law.spread[0], law.spread[1], law.spread[2], law.grain[0], law.grain[1], law.grain[2]);
+  fmt::print("spread of runs about the law: height {:.3g} mm, mu {:.3g}, tau {:.3g}; noise of grains: {:.3g}, {:.3g}, {:.3g}\n",
+             1e3 * law.spread[0], law.spread[1], law.spread[2], law.grain[0], law.grain[1], law.grain[2]);
   fmt::print("fluctuation of the law over that of grains: height {:.2f}, Fx {:.2f}, torque {:.2f}\n", report.sd_ratio[0],
              report.sd_ratio[1], report.sd_ratio[2]);
   print_runs(runs, report.windows);
@@ -121,7 +121,6 @@ int sdem_compare(const SdemCompareArguments& a) {
     std::string ground = r.ground->describe();
     for (char& x : ground)
       if (x == ',') x = ';';
-    const double depth = std::max(0.0, law.at(sdem::Coefficient::surface) - c.law[0]);
     fmt::print("{},{},{},{:.4g},{:.3g},{:.3g}", r.name, ground, r.seed, c.load, c.slip, r.rest);
     for (std::size_t k = 0; k < 3; ++k) {
       const double unit = k == 0 ? 1e3 : 1;
@@ -130,7 +129,7 @@ int sdem_compare(const SdemCompareArguments& a) {
     }
     fmt::print(",{:.4g},{:.3g},{:.2g},{:.4g},{:.4g},{:.4g},{:.4g},{:.3g},{:.3g},{:.3g}\n", 1e3 * c.profile_rms, c.outside,
                c.drift, c.x_to - c.x_from, c.seconds, record.processor, c.law_seconds,
-               1e3 * depth * law.spread[0] / law.at(sdem::Coefficient::n0), c.load * law.spread[1],
+               1e3 * law.spread[0], c.load * law.spread[1],
                c.load * law.spread[2] * law.radius);
   }
   return 0;

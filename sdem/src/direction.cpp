@@ -16,11 +16,11 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kKind = "sdem law";
-constexpr double kFormat = 3;
+constexpr double kFormat = 1;
 
 /// Everything of a law that counts, as numbers.
 std::vector<double> numbers(const Direction& d) {
-  std::vector<double> v{d.radius, d.width, d.column, d.grain_shift, d.grain_length, d.grain_joint, d.outside_limit};
+  std::vector<double> v{d.radius, d.width, d.column, d.grain_slope, d.grain_shift, d.grain_length, d.grain_joint, d.outside_limit};
   v.insert(v.end(), d.c.begin(), d.c.end());
   v.insert(v.end(), d.spread.begin(), d.spread.end());
   v.insert(v.end(), d.grain.begin(), d.grain.end());
@@ -32,7 +32,7 @@ std::vector<double> numbers(const Direction& d) {
 bool take(Direction& d, const std::vector<double>& v) {
   if (v.size() != numbers(d).size()) return false;
   auto from = v.begin();
-  for (double* x : {&d.radius, &d.width, &d.column, &d.grain_shift, &d.grain_length, &d.grain_joint, &d.outside_limit}) *x = *from++;
+  for (double* x : {&d.radius, &d.width, &d.column, &d.grain_slope, &d.grain_shift, &d.grain_length, &d.grain_joint, &d.outside_limit}) *x = *from++;
   const auto fill = [&](auto& array) {
     std::copy_n(from, array.size(), array.begin());
     from += static_cast<std::ptrdiff_t>(array.size());
@@ -165,7 +165,7 @@ void Direction::write(const fs::path& file) const {
     out.set_attribute("wheel", wheel);
     out.set_attribute("soil", soil);
     const std::vector<double> v = numbers(*this);
-    out.write_static({"law", "1", "radius, width, column, grain shift, length and correlation, limit; then the coefficients "
+    out.write_static({"law", "1", "radius, width, column, slope and shift of the grain noise, its length and correlation, limit; then the coefficients "
                                   "in the order of `names`, spreads, grain, centre, inverse covariance; SI", "", 1},
                      v, {v.size()});
     std::string names;

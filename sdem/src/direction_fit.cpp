@@ -21,6 +21,8 @@ constexpr double kFirst = 10e-3;     ///< [m] of the way before the first window
 constexpr double kSdHeight = 0.7e-3, kSdShare = 0.15, kSdTorque = 0.1, kSdLog = 0.4, kSdProfile = 2e-3;
 constexpr double kHeld = 2;          ///< forces of a held wheel jump: spreads are so many times larger
 constexpr double kKnee = 2;          ///< residuals beyond grow like the root
+constexpr double kSettled = 0.35;     ///< share of a way after which means are taken
+constexpr int kEach = 6;             ///< coefficients of each of F_L, mu, tau
 constexpr int kPressed = 24;         ///< samples of a pressed run
 
 /// A run as the fit needs it.
@@ -322,10 +324,12 @@ struct Fluctuation {
   std::array<double, 3> grains{}, law{};
   double joint = 0;
   double height = 0, depth = 0;  ///< of the law, means [m]
+  double forward = 0, back = 0;  ///< ln of the ratio of Fx, law over grains, slips above and below 0
   int runs = 0;
 };
 Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>& law, const DirectionSettings& settings) {
   Fluctuation out;
+  int forward = 0, back = 0;
   for (const Way& w : p.ways()) {
     if (w.press || w.load <= 0 || p.run_of(w).slips.size() > 1 || p.run_of(w).rest > 0 ||
         p.run_of(w).ground->describe() != flat_ground()->describe())
@@ -349,6 +353,10 @@ Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>
       out.grains[k] += deviation(a[k]);
       out.law[k] += deviation(b[k]);
     }
+    const double ratio = std::log(std::max(1e-3, deviation(b[1])) / std::max(1e-3, deviation(a[1])));
+    const bool drives = p.run_of(w).slips[0] > 0;
+    (drives ? out.forward : out.back) += ratio;
+    ++(drives ? forward : back);
     double mx = 0, mt = 0, c = 0;
     for (std::size_t i = 0; i < a[1].size(); ++i) {
       mx += a[1][i] / static_cast<double>(a[1].size());
@@ -363,6 +371,8 @@ Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>
     out.law[k] /= std::max(1, out.runs);
   }
   out.joint /= std::max(1, out.runs);
+  out.forward /= std::max(1, forward);
+  out.back /= std::max(1, back);
   out.height /= std::max(1, out.runs);
   out.depth /= std::max(1, out.runs);
   return out;
@@ -377,10 +387,12 @@ void set_noise(const Problem& p, Direction& law, const DirectionSettings& wheel,
   still.grain_noise = 0;
   const Fluctuation quiet = fluctuation(p, std::make_shared<const Direction>(law), still);
   law.grain_shift = 0;
-  constexpr int kTurns = 6;
+  constexpr int kTurns = 8;
   for (int turn = 0; turn < kTurns; ++turn) {
     const Fluctuation f = fluctuation(p, std::make_shared<const Direction>(law), noisy);
     if (f.runs == 0) return;
+    // Slips above 0 lie some 0.7 further in b than those below.
+    if (turn + 1 < kTurns) law.grain_slope = std::clamp(law.grain_slope - (f.forward - f.back) / 0.7, -2.0, 2.0);
     law.grain_joint = std::clamp(f.joint, 0.0, 0.95);
     if (turn + 1 < kTurns)
       law.grain_shift -= law.at(Coefficient::n0) * (f.height - quiet.height) / std::max(1e-3, quiet.depth);
@@ -393,14 +405,15 @@ void set_noise(const Problem& p, Direction& law, const DirectionSettings& wheel,
 
 /// Spread between runs of means, and the cloud of states.
 void set_spread(const std::vector<FitWindow>& windows, const std::vector<TrainingRun>& runs, Direction& law) {
-  std::map<std::size_t, std::array<double, 4>> sums;
+  std::map<std::pair<std::size_t, long>, std::array<double, 4>> sums;
   for (const FitWindow& w : windows) {
+    const TrainingRun& r = runs[w.run];
     if (!w.free || !std::isfinite(w.grains[0])) continue;
-    auto& s = sums[w.run];
-    const double load = runs[w.run].load;
-    s[0] += (w.law[0] - w.grains[0]) / std::max(w.depth, 1e-3) * law.at(Coefficient::n0);
-    s[1] += (w.grains[1] - w.law[1]) / load;
-    s[2] += (w.grains[3] - w.law[3]) / load / law.radius;
+    if (r.slips.size() == 1 && w.x < r.start + kSettled * r.distance) continue;
+    auto& s = sums[{w.run, std::lround(10 * w.slip)}];
+    s[0] += w.law[0] - w.grains[0];
+    s[1] += (w.grains[1] - w.law[1]) / r.load;
+    s[2] += (w.grains[3] - w.law[3]) / r.load / law.radius;
     s[3] += 1;
   }
   for (std::size_t k = 0; k < 3; ++k) {
@@ -410,7 +423,8 @@ void set_spread(const std::vector<FitWindow>& windows, const std::vector<Trainin
       sum += (s[k] / s[3]) * (s[k] / s[3]);
       ++n;
     }
-    law.spread[k] = n > 0 ? std::sqrt(sum / n) : 0;
+    // The law was fitted to these: degrees of freedom are less by its coefficients for each.
+    law.spread[k] = n > kEach ? std::sqrt(sum / (n - kEach)) : 0;
   }
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();

@@ -90,8 +90,10 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
       const double a = settings_.grain_noise * law.grain[0];
       x1 = a * noise(0, s / kLong) + settings_.grain_noise * settings_.grain_noise * law.grain_shift;
       const double e = noise(1, s);
-      x2 = settings_.grain_noise * law.grain[1] * e;
-      x3 = settings_.grain_noise * law.grain[2] * (j * e + std::sqrt(std::max(0.0, 1 - j * j)) * noise(2, s));
+      const double way_b = std::clamp(law.b_of(std::abs(dt), dt >= 0 ? rim : -rim), Direction::kLeast, Direction::kMost);
+      const double wide = settings_.grain_noise * std::exp(law.grain_slope * way_b);
+      x2 = wide * law.grain[1] * e;
+      x3 = wide * law.grain[2] * (j * e + std::sqrt(std::max(0.0, 1 - j * j)) * noise(2, s));
       level.force *= std::exp(x1);
       level.mu += x2;
       level.tau += x3;

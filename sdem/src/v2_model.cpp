@@ -75,9 +75,9 @@ class V2 final : public Terrain {
   }
   std::vector<FieldInfo> fields() const override {
     return {{"outside", "1", "share of wheels' steps in contact so far that lay outside the training"},
-            {"drawbar_sd", "N", "spread of packings of the drawbar pull, mean over 25 mm, largest of the wheels"},
-            {"torque_sd", "N m", "spread of packings of the torque, mean over 25 mm, largest of the wheels"},
-            {"sinkage_sd", "m", "spread of packings of the sinkage, mean over 25 mm, largest of the wheels"}};
+            {"drawbar_sd", "N", "spread of packings of the drawbar pull, mean over 0.1 m, largest of the wheels"},
+            {"torque_sd", "N m", "spread of packings of the torque, mean over 0.1 m, largest of the wheels"},
+            {"sinkage_sd", "m", "spread of packings of the sinkage, mean over 0.1 m, largest of the wheels"}};
   }
   double field(const std::string& name, double x, double y) const override {
     double steps = 0, outside = 0, drawbar = 0, torque = 0, sinkage = 0;
@@ -87,7 +87,7 @@ class V2 final : public Terrain {
       if (!(w.normal > 0)) continue;
       drawbar = std::max(drawbar, w.normal * o_.law->spread[1]);
       torque = std::max(torque, w.normal * o_.law->spread[2] * o_.law->radius);
-      sinkage = std::max(sinkage, w.depth * o_.law->spread[0] / o_.law->at(Coefficient::n0));
+      sinkage = o_.law->spread[0];
     }
     if (name == "outside") return steps > 0 ? outside / steps : 0;
     if (name == "drawbar_sd") return drawbar;

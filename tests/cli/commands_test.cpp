@@ -50,7 +50,7 @@ TEST(Run, RefusesToReplaceEarlierResultsUnlessAsked) {
 TEST(Run, UnknownTerrainIsNamedWithTheNearest) {
   expect_error(
       "run examples/02_robot_rough_ground/robot_sinusoid.yaml --terrain rigd",
-      "--terrain: unknown terrain model 'rigd'; did you mean 'rigid'? Known: rigid, bekker.steady, bekker.soil_node, dem.sphere, sdem.v1\n");
+      "--terrain: unknown terrain model 'rigd'; did you mean 'rigid'? Known: rigid, bekker.steady, bekker.soil_node, dem.sphere, sdem.v1, sdem.v2\n");
 }
 
 TEST(Run, DurationNeedsAUnit) {

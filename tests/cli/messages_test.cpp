@@ -76,7 +76,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"list_unknown_ground", "list grounds moon",
                 "list grounds: no 'moon'. 'grouser list grounds' shows all 10\n"},
         Mistake{"list_unknown_model", "list models mud",
-                "list: unknown terrain model 'mud'. Known: rigid, bekker.steady, bekker.soil_node, dem.sphere, sdem.v1\n"},
+                "list: unknown terrain model 'mud'. Known: rigid, bekker.steady, bekker.soil_node, dem.sphere, sdem.v1, sdem.v2\n"},
         Mistake{"check_table", "check grounds/data/crater_field.csv",
                 "grounds/data/crater_field.csv: a table alone says nothing of its use; check the ground, rig, fit or "
                 "figures file that names it\n"},

@@ -48,10 +48,12 @@ struct Direction {
   double radius = 0, width = 0;                       ///< of the training's wheel [m]
   double column = 2e-3;                               ///< [m]
   std::array<double, kCoefficients> c{};
-  /// Spread of what a run of the training says about F_L (ln), mu, tau: between packings, of means over a window.
+  /// What means over some 0.1 m of the way of one packing differ from the law by, root mean squares over the free training runs:
+  /// height [m], mu, tau.
   std::array<double, 3> spread{};
-  /// Within a run about its mean: standard deviation of ln F_L, mu, tau over the way, their length of correlation [m].
+  /// Within a run about its mean: amplitudes of the noise of ln F_L, mu, tau; those of mu and tau times exp(grain_slope b).
   std::array<double, 3> grain{};
+  double grain_slope = 0;
   double grain_shift = 0;                             ///< of ln F_L with the noise, so that the mean height stays
   double grain_length = 6e-3;
   double grain_joint = 0;                             ///< correlation of mu and tau
