@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kAhead = 20e-3, kBehind = 8e-3;  ///< lengths over which soil is spread [m]
 constexpr int kPasses = 3;
+constexpr double kTouch = 5e-4;  ///< [m]
 constexpr double kRepose = 0.6;                   ///< steepest slope, 31 degrees
 
 /// Area between a chord over `a` and the circle of radius r above it, w the mean height of the circle there.
@@ -170,7 +171,13 @@ void Rut::displace(double s, double z, const Shares& shares) {
   const std::ptrdiff_t from = std::max<std::ptrdiff_t>(0, lo - 40), to = std::min(n - 1, hi + 40);
   for (std::ptrdiff_t i = from; i <= to; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    before_[k] = i < lo || i > hi ? h_[k] : std::max(before_[k], h_[k]);
+    if (i < lo || i > hi) {
+      before_[k] = h_[k];
+      continue;
+    }
+    // Soil that was put against the rim bears nothing until the rim comes kTouch nearer: it would be contact of no depth.
+    const double d = place(k) - s, rim = std::abs(d) < r ? z - std::sqrt(r * r - d * d) : z;
+    before_[k] = std::max(before_[k], std::min(h_[k], rim - kTouch));
   }
 }
 
