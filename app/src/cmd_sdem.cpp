@@ -40,13 +40,13 @@ bool is_law(const fs::path& file) { return RunFile(file).attributes().kind == "s
 
 int law_info(const fs::path& file, bool inputs) {
   const sdem::Direction d = sdem::Direction::read(file);
-  fmt::print("{}\nsource: {}\nhash: {}, {:.1f} kB\nwheel: {}, radius {:.4g} mm, forces of a width of {:.4g} mm\n", d.title,
-             d.source, d.hash_text(), 1e-3 * static_cast<double>(fs::file_size(file)), d.wheel, 1e3 * d.radius,
+  fmt::print("{}\nsource: {}\nhash: {}, {:.1f} kB\nwheel: {}, radius {:.4g} mm, forces of a width of {:.4g} mm\n",
+             d.title, d.source, d.hash_text(), 1e-3 * static_cast<double>(fs::file_size(file)), d.wheel, 1e3 * d.radius,
              1e3 * d.width);
   for (std::size_t k = 0; k < sdem::kCoefficients; ++k)
     fmt::print("{:<12}{:>10.4g}  {}\n", sdem::coefficient_infos()[k].name, d.c[k], sdem::coefficient_infos()[k].what);
-  fmt::print("spread of packings: height {:.3g} mm, mu {:.3g}, tau {:.3g}\nsoil:\n{}", 1e3 * d.spread[0], d.spread[1], d.spread[2],
-             d.soil);
+  fmt::print("spread of packings: height {:.3g} mm, mu {:.3g}, tau {:.3g}\nsoil:\n{}", 1e3 * d.spread[0], d.spread[1],
+             d.spread[2], d.soil);
   if (inputs) fmt::print("inputs:\n{}\n", d.inputs);
   return 0;
 }
@@ -147,7 +147,8 @@ void add_sdem_command(CLI::App& cli, int& code) {
   compare->add_option("law", v->law, "law (HDF5)")->required();
   compare->add_option("plan", v->plan_file, "file of the plan whose runs it is held against")->required();
   compare->add_option("--runs", v->runs, "folder of the runs (default runs/sdem-<plan>)");
-  compare->add_option("--share", v->share, "last share of the way that means are taken over")->check(CLI::Range(0.01, 1.0));
+  compare->add_option("--share", v->share, "last share of the way that means are taken over")
+      ->check(CLI::Range(0.01, 1.0));
   compare->add_flag("--without-noise", v->quiet_grains, "law without the fluctuation of grains");
   compare->add_flag("--without-memory", v->without_memory, "ablation: no elastic memory");
   compare->add_flag("--without-pile", v->without_pile, "ablation: displaced soil is compacted");
@@ -159,8 +160,8 @@ void add_sdem_command(CLI::App& cli, int& code) {
   show->add_option("file", *file, "tables or law (HDF5)")->required();
   show->add_flag("--inputs", *inputs, "also everything that they were made from");
   show->callback([file, inputs, &code] { code = info(*file, *inputs); });
-  auto* check =
-      sdem->add_subcommand("validate", "check a file of tables or a law: hash, sizes, values, share of estimated cells");
+  auto* check = sdem->add_subcommand("validate",
+                                     "check a file of tables or a law: hash, sizes, values, share of estimated cells");
   check->add_option("file", *file, "tables or law (HDF5)")->required();
   check->callback([file, &code] { code = validate(*file); });
 }

@@ -30,16 +30,16 @@ void print_runs(const std::vector<sdem::TrainingRun>& runs, const std::vector<sd
     }
     ++n;
   }
-  fmt::print("means over each run and slip, grains | law\n{:<10}{:>6}{:>8}  {:>15}{:>17}{:>17}{:>19}{:>17}{:>15}\n", "run",
-             "1-v/rw", "load", "height, mm", "Fx, N", "Fz, N", "torque, N m", "behind, mm", "ahead, mm");
+  fmt::print("means over each run and slip, grains | law\n{:<10}{:>6}{:>8}  {:>15}{:>17}{:>17}{:>19}{:>17}{:>15}\n",
+             "run", "1-v/rw", "load", "height, mm", "Fx, N", "Fz, N", "torque, N m", "behind, mm", "ahead, mm");
   for (const auto& [key, value] : sums) {
     const auto& [s, n] = value;
     const auto two = [&](std::size_t k, double scale) {
       return fmt::format("{:.3g} | {:.3g}", scale * s.grains[k] / n, scale * s.law[k] / n);
     };
     fmt::print("{:<10}{:>6}{:>8.3g}  {:>15}{:>17}{:>17}{:>19}{:>17}{:>15}\n", runs[key.first].name.substr(0, 8),
-               0.01 * static_cast<double>(key.second), runs[key.first].load, two(0, 1e3), two(1, 1), two(2, 1), two(3, 1),
-               two(4, 1e3), two(5, 1e3));
+               0.01 * static_cast<double>(key.second), runs[key.first].load, two(0, 1e3), two(1, 1), two(2, 1),
+               two(3, 1), two(4, 1e3), two(5, 1e3));
   }
 }
 
@@ -61,8 +61,9 @@ int sdem_fit(SdemFitArguments a) {
     if (!fs::exists(file)) {
       if (!a.partly)
         throw ConfigError(a.plan_file.string(), 0, 0,
-                          "run " + r.name + " is missing; make it with 'grouser sdem train', or fit those that are "
-                          "there with --partly");
+                          "run " + r.name +
+                              " is missing; make it with 'grouser sdem train', or fit those that are "
+                              "there with --partly");
       records.emplace_back();
       continue;
     }
@@ -92,10 +93,12 @@ int sdem_fit(SdemFitArguments a) {
              report.cost_after, report.evaluations);
   for (std::size_t k = 0; k < sdem::kCoefficients; ++k)
     fmt::print("{:<12}{:>10.4g}  {}\n", sdem::coefficient_infos()[k].name, law.c[k], sdem::coefficient_infos()[k].what);
-  fmt::print("spread of runs about the law: height {:.3g} mm, mu {:.3g}, tau {:.3g}; noise of grains: {:.3g}, {:.3g}, {:.3g}\n",
-             1e3 * law.spread[0], law.spread[1], law.spread[2], law.grain[0], law.grain[1], law.grain[2]);
-  fmt::print("fluctuation of the law over that of grains: height {:.2f}, Fx {:.2f}, torque {:.2f}\n", report.sd_ratio[0],
-             report.sd_ratio[1], report.sd_ratio[2]);
+  fmt::print(
+      "spread of runs about the law: height {:.3g} mm, mu {:.3g}, tau {:.3g}; noise of grains: {:.3g}, {:.3g}, "
+      "{:.3g}\n",
+      1e3 * law.spread[0], law.spread[1], law.spread[2], law.grain[0], law.grain[1], law.grain[2]);
+  fmt::print("fluctuation of the law over that of grains: height {:.2f}, Fx {:.2f}, torque {:.2f}\n",
+             report.sd_ratio[0], report.sd_ratio[1], report.sd_ratio[2]);
   print_runs(runs, report.windows);
   fmt::print("law: {}, hash {}\n", a.out.string(), law.hash_text());
   return 0;
@@ -127,10 +130,9 @@ int sdem_compare(const SdemCompareArguments& a) {
       fmt::print(",{:.5g},{:.5g},{:.4g},{:.4g}", unit * c.grains[k], unit * c.law[k], unit * c.grains_sd[k],
                  unit * c.law_sd[k]);
     }
-    fmt::print(",{:.4g},{:.3g},{:.2g},{:.4g},{:.4g},{:.4g},{:.4g},{:.3g},{:.3g},{:.3g}\n", 1e3 * c.profile_rms, c.outside,
-               c.drift, c.x_to - c.x_from, c.seconds, record.processor, c.law_seconds,
-               1e3 * law.spread[0], c.load * law.spread[1],
-               c.load * law.spread[2] * law.radius);
+    fmt::print(",{:.4g},{:.3g},{:.2g},{:.4g},{:.4g},{:.4g},{:.4g},{:.3g},{:.3g},{:.3g}\n", 1e3 * c.profile_rms,
+               c.outside, c.drift, c.x_to - c.x_from, c.seconds, record.processor, c.law_seconds, 1e3 * law.spread[0],
+               c.load * law.spread[1], c.load * law.spread[2] * law.radius);
   }
   return 0;
 }

@@ -20,7 +20,8 @@ constexpr double kFormat = 1;
 
 /// Everything of a law that counts, as numbers.
 std::vector<double> numbers(const Direction& d) {
-  std::vector<double> v{d.radius, d.width, d.column, d.grain_slope, d.grain_shift, d.grain_length, d.grain_joint, d.outside_limit};
+  std::vector<double> v{d.radius,      d.width,        d.column,      d.grain_slope,
+                        d.grain_shift, d.grain_length, d.grain_joint, d.outside_limit};
   v.insert(v.end(), d.c.begin(), d.c.end());
   v.insert(v.end(), d.spread.begin(), d.spread.end());
   v.insert(v.end(), d.grain.begin(), d.grain.end());
@@ -32,7 +33,9 @@ std::vector<double> numbers(const Direction& d) {
 bool take(Direction& d, const std::vector<double>& v) {
   if (v.size() != numbers(d).size()) return false;
   auto from = v.begin();
-  for (double* x : {&d.radius, &d.width, &d.column, &d.grain_slope, &d.grain_shift, &d.grain_length, &d.grain_joint, &d.outside_limit}) *x = *from++;
+  for (double* x : {&d.radius, &d.width, &d.column, &d.grain_slope, &d.grain_shift, &d.grain_length, &d.grain_joint,
+                    &d.outside_limit})
+    *x = *from++;
   const auto fill = [&](auto& array) {
     std::copy_n(from, array.size(), array.begin());
     from += static_cast<std::ptrdiff_t>(array.size());
@@ -102,15 +105,16 @@ Level Direction::level(double dx, double rim, double d) const {
   using C = Coefficient;
   const double x = d / kDepth - 1;
   const auto forward = [&](double angle) {
-    const double b = std::clamp((angle - pi / 4) / (pi / 6), kLeast, kMost), e = std::tanh((b - at(C::middle)) / std::exp(at(C::ln_sharp)));
+    const double b = std::clamp((angle - pi / 4) / (pi / 6), kLeast, kMost),
+                 e = std::tanh((b - at(C::middle)) / std::exp(at(C::ln_sharp)));
     // Far beyond the depths of training a linear change would turn the sign.
     const double y = std::clamp(x, -1.0, 2.0);
     Level l;
     l.force = std::exp(at(C::l0) + b * (at(C::l1) + b * (at(C::l2) + b * at(C::l3))) +
                        std::max(0.7, at(C::n0) + at(C::n1) * b) * std::log(d / kDepth));
     l.mu = at(C::mu0) + b * (at(C::mu1) + b * at(C::mu2)) + e * at(C::mu3) + y * (at(C::mu_d) + b * at(C::mu_db));
-    l.tau = at(C::tau0) + b * (at(C::tau1) + b * at(C::tau2)) + e * at(C::tau3) +
-            y * (at(C::tau_d) + b * at(C::tau_db));
+    l.tau =
+        at(C::tau0) + b * (at(C::tau1) + b * at(C::tau2)) + e * at(C::tau3) + y * (at(C::tau_d) + b * at(C::tau_db));
     return l;
   };
   if (turn <= pi / 2) {
@@ -165,8 +169,11 @@ void Direction::write(const fs::path& file) const {
     out.set_attribute("wheel", wheel);
     out.set_attribute("soil", soil);
     const std::vector<double> v = numbers(*this);
-    out.write_static({"law", "1", "radius, width, column, slope and shift of the grain noise, its length and correlation, limit; then the coefficients "
-                                  "in the order of `names`, spreads, grain, centre, inverse covariance; SI", "", 1},
+    out.write_static({"law", "1",
+                      "radius, width, column, slope and shift of the grain noise, its length and correlation, limit; "
+                      "then the coefficients "
+                      "in the order of `names`, spreads, grain, centre, inverse covariance; SI",
+                      "", 1},
                      v, {v.size()});
     std::string names;
     for (const CoefficientInfo& i : coefficient_infos()) names += std::string(i.name) + ": " + i.what + "\n";

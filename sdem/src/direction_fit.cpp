@@ -13,17 +13,17 @@ namespace grouser::sdem {
 
 namespace {
 
-constexpr double kStep = 1e-3;       ///< [s]
+constexpr double kStep = 1e-3;  ///< [s]
 constexpr double kGravity = 9.81;
-constexpr double kWindow = 25e-3;    ///< [m] of the way
-constexpr double kFirst = 10e-3;     ///< [m] of the way before the first window
+constexpr double kWindow = 25e-3;  ///< [m] of the way
+constexpr double kFirst = 10e-3;   ///< [m] of the way before the first window
 // What windows of two packings differ by.
 constexpr double kSdHeight = 0.7e-3, kSdShare = 0.15, kSdTorque = 0.1, kSdLog = 0.4, kSdProfile = 2e-3;
-constexpr double kHeld = 2;          ///< forces of a held wheel jump: spreads are so many times larger
-constexpr double kKnee = 2;          ///< residuals beyond grow like the root
-constexpr double kSettled = 0.35;     ///< share of a way after which means are taken
-constexpr int kEach = 6;             ///< coefficients of each of F_L, mu, tau
-constexpr int kPressed = 24;         ///< samples of a pressed run
+constexpr double kHeld = 2;        ///< forces of a held wheel jump: spreads are so many times larger
+constexpr double kKnee = 2;        ///< residuals beyond grow like the root
+constexpr double kSettled = 0.35;  ///< share of a way after which means are taken
+constexpr int kEach = 6;           ///< coefficients of each of F_L, mu, tau
+constexpr int kPressed = 24;       ///< samples of a pressed run
 
 /// A run as the fit needs it.
 struct Way {
@@ -260,7 +260,8 @@ class Problem {
 
   int operator()(const Eigen::VectorXd& x, Eigen::VectorXd& f) const {
     const std::vector<double> r = residuals(x);
-    for (Eigen::Index i = 0; i < f.size(); ++i) f[i] = i < static_cast<Eigen::Index>(r.size()) ? r[static_cast<std::size_t>(i)] : 0;
+    for (Eigen::Index i = 0; i < f.size(); ++i)
+      f[i] = i < static_cast<Eigen::Index>(r.size()) ? r[static_cast<std::size_t>(i)] : 0;
     return 0;
   }
 
@@ -327,7 +328,8 @@ struct Fluctuation {
   double forward = 0, back = 0;  ///< ln of the ratio of Fx, law over grains, slips above and below 0
   int runs = 0;
 };
-Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>& law, const DirectionSettings& settings) {
+Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>& law,
+                        const DirectionSettings& settings) {
   Fluctuation out;
   int forward = 0, back = 0;
   for (const Way& w : p.ways()) {
@@ -362,7 +364,8 @@ Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>
       mx += a[1][i] / static_cast<double>(a[1].size());
       mt += a[2][i] / static_cast<double>(a[1].size());
     }
-    for (std::size_t i = 0; i < a[1].size(); ++i) c += (a[1][i] - mx) * (a[2][i] - mt) / static_cast<double>(a[1].size());
+    for (std::size_t i = 0; i < a[1].size(); ++i)
+      c += (a[1][i] - mx) * (a[2][i] - mt) / static_cast<double>(a[1].size());
     out.joint += c / std::max(1e-12, deviation(a[1]) * deviation(a[2]));
     ++out.runs;
   }
@@ -438,8 +441,7 @@ void set_spread(const std::vector<FitWindow>& windows, const std::vector<Trainin
   }
   if (n < 5) return;
   mean /= n;
-  const Eigen::Matrix3d inverse =
-      (second / n - mean * mean.transpose() + 1e-4 * Eigen::Matrix3d::Identity()).inverse();
+  const Eigen::Matrix3d inverse = (second / n - mean * mean.transpose() + 1e-4 * Eigen::Matrix3d::Identity()).inverse();
   for (int i = 0; i < 3; ++i) {
     law.centre[static_cast<std::size_t>(i)] = mean[i];
     for (int j = 0; j < 3; ++j) law.inverse[static_cast<std::size_t>(3 * i + j)] = inverse(i, j);
@@ -473,7 +475,8 @@ FitReport fit(const TrainingPlan& p, const std::vector<TrainingRun>& runs, const
   law = problem.law_at(x);
   const auto fitted = std::make_shared<const Direction>(law);
   for (const Way& w : problem.ways())
-    windows_of(w, *runs[w.run].ground, law.radius, drive(w, *runs[w.run].ground, fitted, settings.wheel), report.windows);
+    windows_of(w, *runs[w.run].ground, law.radius, drive(w, *runs[w.run].ground, fitted, settings.wheel),
+               report.windows);
   set_spread(report.windows, runs, law);
   set_noise(problem, law, settings.wheel, report.sd_ratio);
   return report;
@@ -526,9 +529,11 @@ Comparison compare(const TrainingPlan& p, const TrainingRun& r, const TrainingRe
   c.profile_rms = n > 0 ? std::sqrt(sum / n) : std::nan("");
   const Rut& rut = t.wheel->rut();
   double fresh = 0;
-  for (std::size_t i = 0; i < rut.size(); ++i) fresh += r.ground->height(rut.place(i), 0) + law.at(Coefficient::surface);
+  for (std::size_t i = 0; i < rut.size(); ++i)
+    fresh += r.ground->height(rut.place(i), 0) + law.at(Coefficient::surface);
   c.drift = rut.volume() - fresh * rut.column();
-  c.outside = t.wheel->steps() > 0 ? static_cast<double>(t.wheel->outside()) / static_cast<double>(t.wheel->steps()) : 0;
+  c.outside =
+      t.wheel->steps() > 0 ? static_cast<double>(t.wheel->outside()) / static_cast<double>(t.wheel->steps()) : 0;
   return c;
 }
 

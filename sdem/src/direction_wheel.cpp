@@ -14,7 +14,7 @@ constexpr double kAround = 0.07;  ///< soil laid ahead of the rim [m]
 // Grains that rest lose what shakes them: a small share of the friction follows the sign of velocity at once, smoothed over kStill, and the
 // slow part (D6) is larger by as much, so that on the way their sum is mu, tau. Without it a parked wheel swings and walks.
 constexpr double kDry = 0.02;
-constexpr double kStill = 1e-3;   ///< [m/s]
+constexpr double kStill = 1e-3;  ///< [m/s]
 
 /// Standard normal number of (seed, channel, place): splitmix64, sum of four uniform ones scaled.
 double gauss(std::uint64_t seed, int channel, std::int64_t place) {
@@ -90,7 +90,8 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
       const double a = settings_.grain_noise * law.grain[0];
       x1 = a * noise(0, s / kLong) + settings_.grain_noise * settings_.grain_noise * law.grain_shift;
       const double e = noise(1, s);
-      const double way_b = std::clamp(law.b_of(std::abs(dt), dt >= 0 ? rim : -rim), Direction::kLeast, Direction::kMost);
+      const double way_b =
+          std::clamp(law.b_of(std::abs(dt), dt >= 0 ? rim : -rim), Direction::kLeast, Direction::kMost);
       const double wide = settings_.grain_noise * std::exp(law.grain_slope * way_b);
       x2 = wide * law.grain[1] * e;
       x3 = wide * law.grain[2] * (j * e + std::sqrt(std::max(0.0, 1 - j * j)) * noise(2, s));
@@ -136,8 +137,7 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
     const std::array<double, 4> now{f.fs, f.fz, f.side, f.torque / r}, ways{dx, dh, side, -rim};
     for (std::size_t j = 0; j < 4; ++j) f.work += 0.5 * (last_[j] + now[j]) * ways[j];
     f.spent += 0.5 * (n_before + n) * (deeper - (std::max(0.0, elastic_) - std::max(0.0, before))) -
-               0.5 * (last_along_ + n * u) * dt + 0.5 * (last_[3] + now[3]) * rim -
-               0.5 * (last_[2] + now[2]) * side;
+               0.5 * (last_along_ + n * u) * dt + 0.5 * (last_[3] + now[3]) * rim - 0.5 * (last_[2] + now[2]) * side;
     last_ = now;
     last_along_ = n * u;
     if (i == pieces) {
@@ -157,11 +157,13 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
       } else {
         const double total = way * pieces, gone = std::exp(-total / lt), e = 1e-4 * total;
         const Level x = law.level(dt * pieces + e, rim * pieces, d), w = law.level(dt * pieces, rim * pieces + e, d);
-        f.along_slope = n * ((1 - gone) * (x.mu + x2 - level.mu) / e + gone / lt * (dt / way) * (level.mu + dry_u - u_before));
+        f.along_slope =
+            n * ((1 - gone) * (x.mu + x2 - level.mu) / e + gone / lt * (dt / way) * (level.mu + dry_u - u_before));
         f.along_slope += u * ((1 - kept) * (x.force * std::exp(x1) - level.force) / e +
-                               kept / l * (dt / way) * (level.force - n_before));
+                              kept / l * (dt / way) * (level.force - n_before));
         f.spin_slope =
-            n * r * r * ((1 - gone) * (w.tau + x3 - level.tau) / e + gone / lt * (rim / way) * (level.tau - dry_m - m_before));
+            n * r * r *
+            ((1 - gone) * (w.tau + x3 - level.tau) / e + gone / lt * (rim / way) * (level.tau - dry_m - m_before));
         f.side_slope = -n * settings_.side_friction * (1 - gone) / total;
       }
     }

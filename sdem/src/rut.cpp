@@ -11,7 +11,7 @@ namespace {
 constexpr double kAhead = 20e-3, kBehind = 8e-3;  ///< lengths over which soil is spread [m]
 constexpr int kPasses = 3;
 constexpr double kTouch = 5e-4;  ///< [m]
-constexpr double kRepose = 0.6;                   ///< steepest slope, 31 degrees
+constexpr double kRepose = 0.6;  ///< steepest slope, 31 degrees
 
 /// Area between a chord over `a` and the circle of radius r above it, w the mean height of the circle there.
 double bulge(double a, double w, double r) {
@@ -26,7 +26,8 @@ std::ptrdiff_t Rut::index(double s) const {
 }
 
 void Rut::lay(double a, double b, const std::function<double(double)>& height) {
-  const auto lo = static_cast<std::int64_t>(std::floor(a / column_)), hi = static_cast<std::int64_t>(std::floor(b / column_));
+  const auto lo = static_cast<std::int64_t>(std::floor(a / column_)),
+             hi = static_cast<std::int64_t>(std::floor(b / column_));
   const auto fresh = [&](std::int64_t k) { return height((static_cast<double>(k) + 0.5) * column_); };
   if (h_.empty()) base_ = lo;
   if (const auto n = static_cast<std::ptrdiff_t>(base_ - lo); n > 0) {
@@ -66,7 +67,8 @@ Overlap Rut::overlap(double s, double z) const {
         double x = d0 + o0 / (o0 - over) * (d - d0);
         for (int k = 0; k < 2; ++k) {
           const double root = std::sqrt(std::max(1e-12, r * r - x * x)),
-                       value = before_[static_cast<std::size_t>(i)] + rise * (x - d) - z + root, change = rise - x / root;
+                       value = before_[static_cast<std::size_t>(i)] + rise * (x - d) - z + root,
+                       change = rise - x / root;
           if (std::abs(change) > 1e-3) x = std::clamp(x - value / change, d0, d);
         }
         return x;
@@ -108,8 +110,7 @@ void Rut::put(std::ptrdiff_t from, int step, double volume, double length) {
     sum += many - k;
     fit = k + 1;
   }
-  for (int k = 0; k < fit; ++k)
-    h_[static_cast<std::size_t>(from + k * step)] += volume / column_ * (many - k) / sum;
+  for (int k = 0; k < fit; ++k) h_[static_cast<std::size_t>(from + k * step)] += volume / column_ * (many - k) / sum;
 }
 
 /// Slopes steeper than repose give half of what is too much to their neighbour: one sweep.

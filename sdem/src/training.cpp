@@ -50,12 +50,23 @@ TrainingRun read_run(const ConfigNode& n, const TrainingPlan& p) {
   n.finish();
   std::string& t = r.inputs;
   t = p.soil_text;
-  for (const auto& [name, value] : {std::pair{"radius_m", p.radius}, {"width_m", p.width}, {"slab_m", p.slab},
-                                    {"bed_depth_m", p.depth}, {"relief_m", p.relief}, {"reach_m", p.reach},
-                                    {"period_m", p.period}, {"speed_m_s", p.speed}, {"sample_s", p.sample},
-                                    {"column_m", p.column}, {"seed", static_cast<double>(r.seed)},
-                                    {"start_m", r.start}, {"load_N", r.load}, {"depth_m", r.depth},
-                                    {"swing_m", r.swing}, {"length_m", r.length}, {"distance_m", r.distance},
+  for (const auto& [name, value] : {std::pair{"radius_m", p.radius},
+                                    {"width_m", p.width},
+                                    {"slab_m", p.slab},
+                                    {"bed_depth_m", p.depth},
+                                    {"relief_m", p.relief},
+                                    {"reach_m", p.reach},
+                                    {"period_m", p.period},
+                                    {"speed_m_s", p.speed},
+                                    {"sample_s", p.sample},
+                                    {"column_m", p.column},
+                                    {"seed", static_cast<double>(r.seed)},
+                                    {"start_m", r.start},
+                                    {"load_N", r.load},
+                                    {"depth_m", r.depth},
+                                    {"swing_m", r.swing},
+                                    {"length_m", r.length},
+                                    {"distance_m", r.distance},
                                     {"rest_s", r.rest}})
     put(t, name, value);
   for (const double s : r.slips) put(t, "slip", s);
@@ -153,8 +164,8 @@ void write_training(const TrainingRecord& record, const TrainingRun& r, const fs
       Recorder out = Recorder::create(part, {kKind, r.inputs, "training run", "sdem", GROUSER_VERSION, r.seed});
       out.set_attribute("hash", content_hash(record));
       out.set_attribute("processor_s", record.processor);
-      for (const auto& [name, v] : {std::pair{"profile_sample", &record.profile_sample},
-                                    {"profile_column", &record.profile_column}}) {
+      for (const auto& [name, v] :
+           {std::pair{"profile_sample", &record.profile_sample}, {"profile_column", &record.profile_column}}) {
         const std::vector<double> x(v->begin(), v->end());
         out.write_static({name, "1", "of each profile", "", 1}, x, {x.size()});
       }

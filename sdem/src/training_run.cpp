@@ -13,14 +13,14 @@ namespace grouser::sdem {
 
 namespace {
 
-constexpr double kStep = 5e-4;      ///< [s] of the host
-constexpr double kDown = 0.02;      ///< [m/s] of the wheel that is lowered
-constexpr double kUp = 0.01;        ///< [m/s] of the wheel that is let go
-constexpr double kRest = 0.1;       ///< [s] after it was lowered
-constexpr double kRamp = 0.2;       ///< [s] to its velocity
-constexpr double kClear = 0.002;    ///< [m] over the soil at the start
+constexpr double kStep = 5e-4;    ///< [s] of the host
+constexpr double kDown = 0.02;    ///< [m/s] of the wheel that is lowered
+constexpr double kUp = 0.01;      ///< [m/s] of the wheel that is let go
+constexpr double kRest = 0.1;     ///< [s] after it was lowered
+constexpr double kRamp = 0.2;     ///< [s] to its velocity
+constexpr double kClear = 0.002;  ///< [m] over the soil at the start
 constexpr double kGravity = 9.81;
-constexpr int kProfileEvery = 10;   ///< samples
+constexpr int kProfileEvery = 10;  ///< samples
 
 class Training {
  public:
@@ -117,7 +117,7 @@ class Training {
     for (const auto& g : points_->soil_points(1000000)) {
       const double rad = g[3];
       for (auto i = static_cast<std::int64_t>(std::floor((g[0] - rad) / c)); static_cast<double>(i) * c <= g[0] + rad;
-             ++i) {
+           ++i) {
         if (i < first || i >= first + TrainingRecord::kColumns) continue;
         const double dx = (static_cast<double>(i) + 0.5) * c - g[0];
         for (int j = static_cast<int>(std::floor((g[1] - rad) / cy)); j * cy <= g[1] + rad; ++j) {

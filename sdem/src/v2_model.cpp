@@ -1,5 +1,3 @@
-#include "grouser/sdem/v2.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,6 +5,7 @@
 
 #include "grouser/sdem/direction_wheel.h"
 #include "grouser/sdem/v1.h"
+#include "grouser/sdem/v2.h"
 #include "grouser/terrain/recorder.h"
 #include "grouser/terrain/wheel_motion.h"
 
@@ -171,11 +170,9 @@ class V2 final : public Terrain {
     w.s = to;
     w.hub = end;
     w.forward = forward;
-    const PlaneForce f = w.plane.step({from, begin.z(), to, end.z(), r * m.spin * c.dt, (end - begin).dot(axis), c.dt},
-                                      [&](double s) {
-                                        return ground().height(end.x() + (s - to) * forward.x(),
-                                                               end.y() + (s - to) * forward.y());
-                                      });
+    const PlaneForce f = w.plane.step(
+        {from, begin.z(), to, end.z(), r * m.spin * c.dt, (end - begin).dot(axis), c.dt},
+        [&](double s) { return ground().height(end.x() + (s - to) * forward.x(), end.y() + (s - to) * forward.y()); });
     w.normal = scale * f.normal;
     w.depth = f.depth;
     w.stored = scale * f.stored;
@@ -189,7 +186,8 @@ class V2 final : public Terrain {
     Wrench about_hub{scale * (f.fs * forward + f.side * axis + f.fz * up), -scale * f.torque * axis};
     w.integration = scale * f.work - c.dt * (about_hub.f.dot(m.V.v) + about_hub.t.dot(m.V.w));
     Mat6 K = Mat6::Zero(), D = Mat6::Zero();
-    const Vec3 normal = f.normal_s * forward + f.normal_z * up, along = (f.normal_z * forward - f.normal_s * up) / normal.norm();
+    const Vec3 normal = f.normal_s * forward + f.normal_z * up,
+               along = (f.normal_z * forward - f.normal_s * up) / normal.norm();
     K.topLeftCorner<3, 3>() = -scale * f.normal_slope * normal * normal.transpose();
     Mat3 sliding = Mat3::Zero();
     if (f.along_slope < 0) sliding += scale * f.along_slope * along * along.transpose();
@@ -201,7 +199,8 @@ class V2 final : public Terrain {
     const double rate = f.rests ? 1 : c.dt;
     into.topLeftCorner<3, 3>() += rate * sliding;
     into.bottomRightCorner<3, 3>() += rate * spin;
-    D.topLeftCorner<3, 3>() += scale * (f.along_rate * along * along.transpose() + f.side_rate * axis * axis.transpose());
+    D.topLeftCorner<3, 3>() +=
+        scale * (f.along_rate * along * along.transpose() + f.side_rate * axis * axis.transpose());
     D.bottomRightCorner<3, 3>() -= scale * f.spin_rate * axis * axis.transpose();
     ContactPatch patch;
     patch.sinkage = ground().height(end.x(), end.y()) - (end.z() - r);
@@ -246,12 +245,14 @@ class V2 final : public Terrain {
 }  // namespace
 
 ModelInfo v2_model() {
-  return {"sdem.v2",
-          "surrogate of grains by direction of motion: forces fitted to runs of grains, elastic memory, soil that is kept",
-          "drawbar pull, torque and sinkage of smooth wheels in the plane on any profile, thousands of times faster than grains",
-          "no side force from grains, no rut of another wheel, one wheel radius and one soil per law, no effect of speed",
-          kDefaults,
-          [](const TerrainArgs& a) -> std::unique_ptr<Terrain> { return std::make_unique<V2>(read(a), a.ground); }};
+  return {
+      "sdem.v2",
+      "surrogate of grains by direction of motion: forces fitted to runs of grains, elastic memory, soil that is kept",
+      "drawbar pull, torque and sinkage of smooth wheels in the plane on any profile, thousands of times faster than "
+      "grains",
+      "no side force from grains, no rut of another wheel, one wheel radius and one soil per law, no effect of speed",
+      kDefaults,
+      [](const TerrainArgs& a) -> std::unique_ptr<Terrain> { return std::make_unique<V2>(read(a), a.ground); }};
 }
 
 }  // namespace grouser::sdem

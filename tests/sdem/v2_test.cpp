@@ -88,7 +88,8 @@ TEST(DirectionLaw, ForcesDoNotDependOnSpeed) {
     sdem::DirectionWheel fast(law(), quiet()), other(law(), quiet());
     for (int k = 0; k < 200; ++k) {
       // The same way in other times: displacements are all that counts.
-      const sdem::PlaneMotion m{k * 5e-4, kRadius - 0.002 - 1e-5 * k, (k + 1) * 5e-4, kRadius - 0.002 - 1e-5 * (k + 1), 7e-4, 0, 1e-2};
+      const sdem::PlaneMotion m{
+          k * 5e-4, kRadius - 0.002 - 1e-5 * k, (k + 1) * 5e-4, kRadius - 0.002 - 1e-5 * (k + 1), 7e-4, 0, 1e-2};
       const auto f = fast.step(m, level);
       sdem::PlaneForce g;
       const int parts = static_cast<int>(std::lround(1 / slow));
@@ -203,10 +204,13 @@ class V2 : public testing::Test {
   void TearDown() override { fs::remove_all(folder_); }
   std::unique_ptr<Terrain> make(const std::string& options, std::string* errors = nullptr,
                                 const std::string& young = "70 MPa") const {
-    const std::string text = "soil: grains\nsource: none\ndem:\n  diameter: [5 mm, 10 mm]\n  density: 3.26 g/cm^3\n"
-                             "  bulk_density: 1.6 g/cm^3\n  young_modulus: " + young + "\n  poisson_ratio: 0.35\n"
-                             "  friction: 0.86\n  rolling: {law: constant, coefficient: 0.3}\n  restitution: 0.06\n"
-                             "  wall: {friction: 0, restitution: 0.06}\n";
+    const std::string text =
+        "soil: grains\nsource: none\ndem:\n  diameter: [5 mm, 10 mm]\n  density: 3.26 g/cm^3\n"
+        "  bulk_density: 1.6 g/cm^3\n  young_modulus: " +
+        young +
+        "\n  poisson_ratio: 0.35\n"
+        "  friction: 0.86\n  rolling: {law: constant, coefficient: 0.3}\n  restitution: 0.06\n"
+        "  wall: {friction: 0, restitution: 0.06}\n";
     const ConfigDocument file = ConfigDocument::from_text(text, "soil.yaml");
     const Soil soil = load_soil(file.root());
     const ConfigDocument given = ConfigDocument::from_text("options: {" + options + "}", "options.yaml", folder_);

@@ -24,7 +24,8 @@ constexpr double kRadius = 0.065, kWidth = 0.03, kLoad = 5.4, kSpeed = 0.05, kSe
 double measure(const GroundPtr& ground, double dt) {
   const auto folder = std::filesystem::path(GROUSER_SOURCE_DIR) / "examples";
   const Soil soil = load_soil_file(folder / "15_quasi_2d/soil_constant.yaml");
-  const auto given = ConfigDocument::from_text("options: {law: " + (folder / "17_surrogate_by_direction/law.h5").string() + "}", "options");
+  const auto given = ConfigDocument::from_text(
+      "options: {law: " + (folder / "17_surrogate_by_direction/law.h5").string() + "}", "options");
   const auto terrain = sdem::v2_model().make({soil, ground, given.root().map("options"), 9.81});
   given.check();
   terrain->add_body({"wheel", {"wheel", SmoothCylinder{kRadius, kWidth}}, {}});
@@ -56,6 +57,7 @@ int main() {
       double best = 0;
       for (int k = 0; k < 5; ++k)
         best = std::max(best, measure(rough ? std::make_shared<Sinusoid>() : flat_ground(), dt));
-      std::printf("%s, host step %.4g ms: %.0f times real time a wheel and core\n", rough ? "sinusoid" : "flat", 1e3 * dt, best);
+      std::printf("%s, host step %.4g ms: %.0f times real time a wheel and core\n", rough ? "sinusoid" : "flat",
+                  1e3 * dt, best);
     }
 }

@@ -22,11 +22,37 @@ namespace grouser::sdem {
 
 /// Coefficients by name; the order is that of the file.
 enum class Coefficient {
-  l0, l1, l2, l3, n0, n1,
-  mu0, mu1, mu2, mu3, mu_d, mu_db,
-  tau0, tau1, tau2, tau3, tau_d, tau_db,
-  ln_l, ln_lt, ln_k, ln_p, q,
-  surface, compaction, ahead0, ahead1, drag0, drag1, middle, ln_sharp,
+  l0,
+  l1,
+  l2,
+  l3,
+  n0,
+  n1,
+  mu0,
+  mu1,
+  mu2,
+  mu3,
+  mu_d,
+  mu_db,
+  tau0,
+  tau1,
+  tau2,
+  tau3,
+  tau_d,
+  tau_db,
+  ln_l,
+  ln_lt,
+  ln_k,
+  ln_p,
+  q,
+  surface,
+  compaction,
+  ahead0,
+  ahead1,
+  drag0,
+  drag1,
+  middle,
+  ln_sharp,
   count
 };
 inline constexpr std::size_t kCoefficients = static_cast<std::size_t>(Coefficient::count);
@@ -39,14 +65,14 @@ const std::array<CoefficientInfo, kCoefficients>& coefficient_infos();
 
 /// What a wheel meets at one place, for D3 to D6.
 struct Level {
-  double force = 0;   ///< F_L [N]
+  double force = 0;  ///< F_L [N]
   double mu = 0, tau = 0;
 };
 
 struct Direction {
   std::string title, source, wheel, soil, inputs;
-  double radius = 0, width = 0;                       ///< of the training's wheel [m]
-  double column = 2e-3;                               ///< [m]
+  double radius = 0, width = 0;  ///< of the training's wheel [m]
+  double column = 2e-3;          ///< [m]
   std::array<double, kCoefficients> c{};
   /// What means over some 0.1 m of the way of one packing differ from the law by, root mean squares over the free training runs:
   /// height [m], mu, tau.
@@ -54,9 +80,9 @@ struct Direction {
   /// Within a run about its mean: amplitudes of the noise of ln F_L, mu, tau; those of mu and tau times exp(grain_slope b).
   std::array<double, 3> grain{};
   double grain_slope = 0;
-  double grain_shift = 0;                             ///< of ln F_L with the noise, so that the mean height stays
+  double grain_shift = 0;  ///< of ln F_L with the noise, so that the mean height stays
   double grain_length = 6e-3;
-  double grain_joint = 0;                             ///< correlation of mu and tau
+  double grain_joint = 0;  ///< correlation of mu and tau
   /// Middle and inverse covariance of (b, ln d/d0, tilt) over the training's windows; beyond `outside_limit` a state is outside.
   std::array<double, 3> centre{};
   std::array<double, 9> inverse{};
@@ -66,8 +92,8 @@ struct Direction {
   double& at(Coefficient k) { return c[static_cast<std::size_t>(k)]; }
   /// D3 and targets of D6. Any (dx, rim): between the trained directions polynomials, beyond them their ends, mirrored for backward travel.
   Level level(double dx, double rim, double d) const;
-  double press(double d) const;                       ///< p (d/d0)^q [N]
-  double b_of(double dx, double rim) const;           ///< D1, not limited
+  double press(double d) const;                            ///< p (d/d0)^q [N]
+  double b_of(double dx, double rim) const;                ///< D1, not limited
   double distance(double b, double d, double tilt) const;  ///< Mahalanobis
 
   static constexpr double kDepth = 3e-3;              ///< d0 [m]
@@ -75,8 +101,9 @@ struct Direction {
 
   std::string hash_text() const;
   std::vector<std::string> faults() const;
-  void write(const std::filesystem::path& file) const;        ///< @throws ResultsError
-  static Direction read(const std::filesystem::path& file);  ///< @throws ResultsError: truncated, other kind, wrong hash
+  void write(const std::filesystem::path& file) const;  ///< @throws ResultsError
+  static Direction read(
+      const std::filesystem::path& file);  ///< @throws ResultsError: truncated, other kind, wrong hash
 };
 
 }  // namespace grouser::sdem

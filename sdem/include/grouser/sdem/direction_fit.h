@@ -27,7 +27,8 @@ struct FitReport {
   std::vector<FitWindow> windows;
   double cost_before = 0, cost_after = 0;
   int evaluations = 0;
-  std::array<double, 3> sd_ratio{};  ///< of the law's fluctuation over that of the grains: height, Fx, torque; free runs
+  std::array<double, 3>
+      sd_ratio{};  ///< of the law's fluctuation over that of the grains: height, Fx, torque; free runs
 };
 
 struct FitSettings {
@@ -44,11 +45,11 @@ struct Comparison {
   double slip = 0, load = 0, x_from = 0, x_to = 0;
   /// Height of the lowest point over the ground [m], Fx [N], driving torque [N m].
   std::array<double, 3> grains{}, grains_sd{}, law{}, law_sd{};
-  double profile_rms = 0;   ///< change of the profile 40 mm and more behind the hub at the end [m]
-  double outside = 0;       ///< share of steps
-  double drift = 0;         ///< of the law's volume [m^2]
-  double law_seconds = 0;   ///< processor
-  double seconds = 0;       ///< simulated
+  double profile_rms = 0;  ///< change of the profile 40 mm and more behind the hub at the end [m]
+  double outside = 0;      ///< share of steps
+  double drift = 0;        ///< of the law's volume [m^2]
+  double law_seconds = 0;  ///< processor
+  double seconds = 0;      ///< simulated
 };
 Comparison compare(const TrainingPlan& p, const TrainingRun& r, const TrainingRecord& record, const Direction& law,
                    const DirectionSettings& settings, double share);

@@ -10,7 +10,7 @@
 namespace grouser::sdem {
 
 struct DirectionSettings {
-  double grain_noise = 1;    ///< scale of the fluctuation that single grains make; 0: none
+  double grain_noise = 1;  ///< scale of the fluctuation that single grains make; 0: none
   std::uint64_t seed = 1;
   double side_friction = 0;  ///< [1] assumed, no part of the fit
   bool memory = true;        ///< D5; false: N = F_L or F_P by the direction of motion (ablation)
@@ -34,15 +34,15 @@ struct PlaneForce {
   double tilt = 0, b = 0;
   bool contact = false, outside = false;
   // What a host's implicit step asks: changes at the end of the motion with the way.
-  double normal_slope = 0;          ///< dN/dd [N/m]
-  double normal_s = 0, normal_z = 0;  ///< -dd/ds, -dd/dz: N times this is the normal force
-  double along_slope = 0;           ///< dF_t by way along [N/m]
-  double spin_slope = 0;            ///< d(torque) by angle [N m/rad]
-  double side_slope = 0;            ///< d(side force) by way along the axle [N/m]
+  double normal_slope = 0;                              ///< dN/dd [N/m]
+  double normal_s = 0, normal_z = 0;                    ///< -dd/ds, -dd/dz: N times this is the normal force
+  double along_slope = 0;                               ///< dF_t by way along [N/m]
+  double spin_slope = 0;                                ///< d(torque) by angle [N m/rad]
+  double side_slope = 0;                                ///< d(side force) by way along the axle [N/m]
   double along_rate = 0, spin_rate = 0, side_rate = 0;  ///< the same by velocity [N s/m], [N m s/rad]
-  bool rests = false;               ///< no way at all
-  double work = 0;                  ///< on the wheel over the way [J]
-  double spent = 0, stored = 0;     ///< dissipated over the way, stored now [J]
+  bool rests = false;                                   ///< no way at all
+  double work = 0;                                      ///< on the wheel over the way [J]
+  double spent = 0, stored = 0;                         ///< dissipated over the way, stored now [J]
 };
 
 class DirectionWheel {
@@ -65,10 +65,10 @@ class DirectionWheel {
   std::shared_ptr<const Direction> law_;
   DirectionSettings settings_;
   Rut rut_;
-  double elastic_ = 0;              ///< N/k, negative: how far the rim is clear of what it pressed [m]
-  double last_along_ = 0;           ///< N u then [N]
-  std::array<double, 4> last_{};    ///< forces and torque/r at the end of the last piece [N]
-  double u_ = 0, m_ = 0, y_ = 0;    ///< of D6
+  double elastic_ = 0;            ///< N/k, negative: how far the rim is clear of what it pressed [m]
+  double last_along_ = 0;         ///< N u then [N]
+  std::array<double, 4> last_{};  ///< forces and torque/r at the end of the last piece [N]
+  double u_ = 0, m_ = 0, y_ = 0;  ///< of D6
   std::int64_t steps_ = 0, outside_ = 0;
 };
 

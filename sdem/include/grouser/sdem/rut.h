@@ -12,10 +12,10 @@ namespace grouser::sdem {
 
 /// A disc over the columns.
 struct Overlap {
-  double area = 0;            ///< of the disc below the soil as it lay [m^2]
-  double length = 0;          ///< -dA/dz [m]
-  double slope = 0;           ///< -dA/ds [m]: integral of the rim's slope
-  double rear = 0, front = 0; ///< first and last place of it, from the hub [m]
+  double area = 0;             ///< of the disc below the soil as it lay [m^2]
+  double length = 0;           ///< -dA/dz [m]
+  double slope = 0;            ///< -dA/ds [m]: integral of the rim's slope
+  double rear = 0, front = 0;  ///< first and last place of it, from the hub [m]
 };
 
 class Rut {
