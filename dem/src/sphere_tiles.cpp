@@ -382,19 +382,31 @@ std::vector<Tiles::Square> Tiles::changed(const std::vector<GrainState>& now, do
   for (const auto& e : store_) all.push_back(e.first);
   std::vector<Square> out;
   for (const Tile& t : all) {
-    const std::vector<double>& top = *tops_now(t);
-    const std::vector<double>& before = fresh_tops(t);
-    std::vector<double>& told = told_.try_emplace(t, before).first->second;
-    for (std::size_t k = 0; k < top.size(); ++k) {
-      if (std::abs(top[k] - told[k]) < 1e-4) continue;
-      told[k] = top[k];
-      const auto a = static_cast<double>(k / static_cast<std::size_t>(cells_y_)),
-                 b = static_cast<double>(k % static_cast<std::size_t>(cells_y_));
+    std::vector<double>& told = told_.try_emplace(t, static_cast<std::size_t>(cells_x_) * cells_y_, 0.0).first->second;
+    for (std::size_t k = 0; k < told.size(); ++k) {
+      const int a = static_cast<int>(k) / cells_y_, b = static_cast<int>(k) % cells_y_;
+      const double rise = drawn(t, a, b);
+      if (std::abs(rise - told[k]) < 1e-4) continue;
+      told[k] = rise;
       out.push_back({(static_cast<double>(t.i) + (a + 0.5) / cells_x_) * brick_->lx,
-                     (static_cast<double>(t.j) + (b + 0.5) / cells_y_) * brick_->ly, top[k] - before[k]});
+                     (static_cast<double>(t.j) + (b + 0.5) / cells_y_) * brick_->ly, rise});
     }
   }
   return out;
+}
+
+double Tiles::drawn(const Tile& t, int a, int b) const {
+  double sum = 0;
+  for (int i = a - 1; i <= a + 1; ++i)
+    for (int j = b - 1; j <= b + 1; ++j) {
+      const int di = i < 0 ? -1 : i / cells_x_, dj = j < 0 ? -1 : j / cells_y_;
+      const Tile n{t.i + di, set_.slab ? t.j : t.j + dj};
+      const std::vector<double>* top = tops_now(n);
+      if (!top) continue;
+      const auto k = static_cast<std::size_t>(i - di * cells_x_) * cells_y_ + static_cast<std::size_t>(j - dj * cells_y_);
+      sum += (*top)[k] - fresh_tops(n)[k];
+    }
+  return sum / 9;
 }
 
 void Tiles::traverse(State& s) {

@@ -58,7 +58,8 @@ class Tiles {
   struct Square {
     double x, y, rise;
   };
-  /// Squares whose rise differs by more than 0.1 mm from what was told before, and the side of a square.
+  /// Squares for drawing, as wide as the largest grain: rise as the mean over 3 x 3 of them (tops of single squares are as rough as
+  /// grains). Those that differ by more than 0.1 mm from what was told before, and the side of a square. `rise` does not smooth.
   std::vector<Square> changed(const std::vector<GrainState>& now, double& size);
   void forget_cache() const { fresh_cache_ = false; }
   void traverse(State& s);
@@ -79,6 +80,8 @@ class Tiles {
   const std::vector<double>& fresh_tops(const Tile& t) const;
   void refresh_tops(const std::vector<GrainState>& now) const;
   const std::vector<double>* tops_now(const Tile& t) const;
+  /// Mean rise of a square and its eight neighbours, across tiles; soil that never was in the solver has not risen.
+  double drawn(const Tile& t, int a, int b) const;
   void index_slots();
 
   std::shared_ptr<const SphereBrick> brick_;
