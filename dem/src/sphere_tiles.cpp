@@ -403,7 +403,8 @@ double Tiles::drawn(const Tile& t, int a, int b) const {
       const Tile n{t.i + di, set_.slab ? t.j : t.j + dj};
       const std::vector<double>* top = tops_now(n);
       if (!top) continue;
-      const auto k = static_cast<std::size_t>(i - di * cells_x_) * cells_y_ + static_cast<std::size_t>(j - dj * cells_y_);
+      const auto k =
+          static_cast<std::size_t>(i - di * cells_x_) * cells_y_ + static_cast<std::size_t>(j - dj * cells_y_);
       sum += (*top)[k] - fresh_tops(n)[k];
     }
   return sum / 9;
