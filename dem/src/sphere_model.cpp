@@ -17,7 +17,7 @@ namespace {
 
 constexpr const char* kDefaults =
     R"(# model dem.sphere: grains under wheels, soil file with a section dem. Every key is optional.
-depth: 60 mm             # [m] > 0 soil below the surface; below it grains are frozen
+depth: 120 mm            # [m] > 0 soil below the surface; below it grains are frozen; with 60 mm a wheel of 0.11 m pulls a seventh less
 relief: 20 mm            # [m] >= 0 how far the ground may lie above or below its datum; poured once, not simulated
 datum: auto              # [m] height of the ground that soil is poured for; auto: middle of the ground under the wheels at the start
 brick: auto              # [m] side of the square bricks in which soil comes and goes; auto: six of the largest grains
@@ -45,7 +45,7 @@ host_stiffness: 1        # [1] 0..10 scale of the contact stiffness told to the 
 constexpr int kSlabGrains = 6;  ///< least width of a slab, in largest grains
 
 struct SphereOptions {
-  double depth = 0.06, relief = 0.02, step_share = kStepShare, host_stiffness = 1;
+  double depth = 0.12, relief = 0.02, step_share = kStepShare, host_stiffness = 1;
   std::optional<double> datum, brick, reach, reach_along, reach_across;
   double slab = 0;             ///< 0: none
   std::vector<double> period;  ///< empty: auto
