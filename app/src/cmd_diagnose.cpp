@@ -119,6 +119,11 @@ void add_diagnose_command(CLI::App& cli, int& code) {
                   "the plan: PLAN.csv, or a grid as in 'slip=-0.5,0,0.5 load_N=60,225 drawbar_sd_N=2'");
   cmd->add_flag("--overwrite", a->overwrite, "replace the results of an earlier diagnosis");
   cmd->callback([a, &code] {
+    if (a->design && !a->data.empty())
+      throw ConfigError(
+          "grouser diagnose", 0, 0,
+          "--design judges a plan before it is run and takes no --data; give --plan PLAN.csv or a grid, or "
+          "leave out --design");
     if (a->design != !a->plan.empty() || a->design != a->data.empty())
       throw ConfigError("grouser diagnose", 0, 0,
                         "needs --data RUNS.csv to find a cause, or --design --plan PLAN to judge a plan");

@@ -70,7 +70,8 @@ Json diagnosis_json(const Diagnosis& d) {
     j["gain"] = {{"withheld", d.gain->withheld},
                  {"runs", d.gain->runs},
                  {"rmse_ratio", d.gain->rmse_ratio},
-                 {"ci95", {d.gain->low, d.gain->high}},
+                 {"ci95", d.gain->has_interval ? Json{d.gain->low, d.gain->high} : Json(nullptr)},
+                 {"rmse_ratio_of_conditions", d.gain->of_conditions},
                  {"nominal_rmse", by_channel(d.gain->nominal_rmse)},
                  {"extended_rmse", by_channel(d.gain->extended_rmse)}};
   else

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <optional>
 
 #include "grouser/diagnosis/design.h"
@@ -94,7 +96,18 @@ class Reader {
         const bool fits = name == b || name.rfind(b + "_", 0) == 0;
         if (fits && (!best || b.size() > std::string(best->base).size())) best = &q;
       }
-      if (!best) continue;
+      if (!best) {
+        // A misspelt name would be a column that is not there.
+        std::vector<std::string> known(std::begin(plain), std::end(plain));
+        for (const Quantity& q : quantities) known.push_back(q.written);
+        const auto meant = did_you_mean(name, known);
+        if (meant || name.rfind("slip_", 0) == 0)
+          errors_.add(
+              1, header_column(c),
+              "column '" + name + "' is not known" + (meant ? "; did you mean '" + *meant + "'?" : "") +
+                  " Known are slip, slip_definition, slip_radius_m, load_N, ...; rename it if it is something else");
+        continue;
+      }
       const std::string b = best->base;
       if (name == b) {
         errors_.add(1, header_column(c),
@@ -141,6 +154,12 @@ int condition_of(const std::vector<Run>& earlier, const Run& r, bool stated) {
   return next;
 }
 
+std::string plain_number(double x) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.4g", x);
+  return text;
+}
+
 void read_slip(Reader& in, std::size_t i, const DiagnosisCase& c, Run& r) {
   r.stated_slip = in.number("slip", i, false);
   const double radius = in.has("slip_radius") ? in.number("slip_radius", i, false) : nan;
@@ -157,6 +176,11 @@ void read_slip(Reader& in, std::size_t i, const DiagnosisCase& c, Run& r) {
   if (rim && !(r.stated_slip < 1) && std::isfinite(r.stated_slip))
     in.error(i, "slip", "slip " + in.text("slip", i) + " is not below 1, as (r w - v)/(r w) of a rolling wheel is");
   if (std::isfinite(radius) && !(radius > 0)) in.error(i, "slip_radius", "slip_radius_m must be above 0");
+  const double share = radius / c.wheel.radius;
+  if (share > 0 && (share < 0.67 || share > 1.5))
+    in.error(i, "slip_radius",
+             "slip was computed with a radius of " + in.text("slip_radius", i) + " where the wheel of the case has " +
+                 plain_number(c.wheel.radius) + " m; check the unit in the column's name and the case");
   if (std::isfinite(radius) && radius > 0) r.slip = slip_at_radius(r.stated_slip, rim, radius, c.wheel.radius);
 }
 
@@ -182,6 +206,21 @@ void look_for_constants(Reader& in, bool planned, RunTable& t) {
           std::string("column '") + channel_names()[k].column +
               "' is the same in every row while slip or load change: the sensor did not answer; check the file, or "
               "remove the column");
+}
+
+/// Depths that no wheel has: another unit or another sign.
+void look_at_sinkage(Reader& in, const DiagnosisCase& c, const RunTable& t) {
+  bool below = false, above = false;
+  for (std::size_t i = 0; i < t.runs.size(); ++i) {
+    const double z = t.runs[i].value[2];
+    if (std::abs(z) > 2 * c.wheel.radius)
+      in.error(i, "sinkage",
+               "a sinkage of " + plain_number(z) + " m is more than the diameter of the wheel (" +
+                   plain_number(2 * c.wheel.radius) + " m); millimetres are written under the name sinkage_mm");
+    below = below || z > 0, above = above || z < 0;
+  }
+  if (above && !below)
+    in.error(0, "sinkage", "every sinkage is negative; it counts downwards from the undisturbed ground");
 }
 
 /// planned: no values; the channels are those whose errors are stated.
@@ -298,6 +337,7 @@ RunTable read_table(const std::filesystem::path& csv, const DiagnosisCase& c, bo
   }
   if (!in.errors().any()) look_for_constants(in, planned, t);
   if (!planned) look_for_copies(t);
+  if (!planned && t.measured[2]) look_at_sinkage(in, c, t);
   in.errors().check();
   double low = INFINITY, high = -INFINITY;
   for (const Run& r : t.runs) low = std::min(low, r.order), high = std::max(high, r.order);

@@ -582,7 +582,9 @@ Search::Remainder Search::remainder(const Candidate& c, const Fit& f) const {
     const double k = static_cast<double>(others[i].terms.size()),
                  nu = std::max(noise_dof(static_cast<double>(f.x.size())) - k, 1.0);
     const boost::math::fisher_f distribution(k, nu);
-    const double left = std::max(nu + k - 2 * gain, 1e-6);  // squares that remain, of nu + k
+    // Squares that remain: of nu + k, which many rows have by the noise that was fitted to them; of few those that there are.
+    const double all = series_->layout().size() < few ? std::max(f.objective(), nu + k) : nu + k;
+    const double left = std::max(all - 2 * gain, 1e-6);
     const double p = boost::math::cdf(boost::math::complement(distribution, 2 * gain / k / (left / nu))) *
                      static_cast<double>(others.size());
     if (p < out.p) out = {p, others[i].id, gain};

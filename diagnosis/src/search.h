@@ -41,7 +41,9 @@ class Search {
   bool disowned() const {
     return disowned_;
   }  ///< more rows looked like outliers than outliers are: none was taken for one
-  bool noise_from_repeats() const { return from_repeats_; }  ///< the scales are those of the repeats alone
+  bool noise_in_repeats() const {
+    return repeats_show_;
+  }  ///< there are repeats, and they scatter as much as the scales say
   const Whitener& whitener() const { return *whitener_; }
   const Eigen::MatrixXd& scatter() const { return scatter_; }
   const ScoreTable& scores() const { return *scores_; }
@@ -82,7 +84,7 @@ class Search {
   double cost_of_noise(const Candidate& c, Fit f) const;
   void weigh_runs(const Fit& f);
   void add_second(Candidate& best, Fit& f) const;
-  Noise noise_of(const Fit& f, bool& from_repeats) const;
+  Noise noise_of(const Fit& f, bool& from_repeats, bool& repeats_show) const;
   double memory_of(const Fit& f, Noise noise) const;
   void set_whitener();
   /// False: a better nominal model was found, and the rest is left undone unless this is the last try.
@@ -112,7 +114,8 @@ class Search {
   std::vector<Eigen::VectorXd> elsewhere_;  ///< of each named candidate: where it ended lower than from its score
   bool looked_afar_ = false;
   bool disowned_ = false;
-  bool from_repeats_ = false;                      ///< the scales are those of the repeats alone
+  bool from_repeats_ = false;  ///< the scales are those of the repeats alone
+  bool repeats_show_ = false;
   std::vector<std::vector<std::string>> aliases_;  ///< of each named candidate
   Noise noise_;
   Eigen::MatrixXd scatter_;

@@ -68,8 +68,8 @@ void Search::weigh_runs(const Fit& f) {
 }
 
 /// From the residuals; from the repeats alone where the residuals are larger than these allow (F test, 0.05).
-Noise Search::noise_of(const Fit& f, bool& from_repeats) const {
-  from_repeats = false;
+Noise Search::noise_of(const Fit& f, bool& from_repeats, bool& repeats_show) const {
+  from_repeats = repeats_show = false;
   const bool scatter = series_->runs().size() >= 20;
   const DataLayout& l = series_->layout();
   const Noise all = fit_noise(l, f.residual, scatter_, noise_, stated_, scatter, static_cast<int>(f.x.size()));
@@ -85,6 +85,10 @@ Noise Search::noise_of(const Fit& f, bool& from_repeats) const {
   const double dof = std::max(l.size() - static_cast<double>(f.x.size()), 1.0);
   const boost::math::fisher_f distribution(dof, repeated->layout.size());
   from_repeats = boost::math::cdf(boost::math::complement(distribution, u.squaredNorm() / dof)) < 0.05;
+  // Repeats must allow what the scales say, not only fall within it.
+  repeats_show = true;
+  for (std::size_t c = 0; c < channel_count; ++c) repeats_show = repeats_show && all.scale[c] < 1.5 * own.scale[c];
+  repeats_show = repeats_show || from_repeats;
   return from_repeats ? own : all;
 }
 
@@ -167,17 +171,17 @@ void Search::settle_noise(std::pair<Candidate, Fit> first) {
     }
     const Noise noise_before = noise_;
     const Eigen::MatrixXd scatter_before = scatter_;
-    const bool disowned_before = disowned_, repeats_before = from_repeats_;
+    const bool disowned_before = disowned_, repeats_before = from_repeats_, show_before = repeats_show_;
     scatter_ = series_->scatter_slopes(best, f);
     weigh_runs(f);
-    noise_ = noise_of(f, from_repeats_);
+    noise_ = noise_of(f, from_repeats_, repeats_show_);
     weigh_runs(f);
     noise_.rho = memory_of(f, noise_);
     set_whitener();
     const double cost = cost_of_noise(best, f);
     if (pass >= sure && !(cost < last)) {  // no likelier: back
       noise_ = noise_before, scatter_ = scatter_before;
-      disowned_ = disowned_before, from_repeats_ = repeats_before;
+      disowned_ = disowned_before, from_repeats_ = repeats_before, repeats_show_ = show_before;
       set_whitener();
       return;
     }

@@ -113,6 +113,25 @@ std::string judged(const Diagnosis& d) {
              : " The soil to be judged is structural: it leaves the priors (" + list_of(list, " and ") + " prior sd).";
 }
 
+/// A gain is claimed where the interval leaves 1 out.
+std::string gain_told(const Gain& g, const std::string& model) {
+  const std::string of = " of that of the " + model + " model", ratio = short_number(g.rmse_ratio);
+  std::string out = " On runs never used (" + list_of(g.withheld, " and ") + ") ";
+  if (!g.carried) return out + "nothing is gained: what was found has no value where it was not seen.";
+  if (g.has_interval) {
+    const std::string interval = " [" + short_number(g.low) + ", " + short_number(g.high) + "]";
+    if (g.high < 1) return out + "the error falls to " + ratio + of + interval + ".";
+    if (g.low > 1) return out + "the error rises to " + ratio + " times" + of.substr(3) + interval + ".";
+    return out + "no gain is shown: the error is " + ratio + of + interval + ".";
+  }
+  if (g.of_conditions.size() < 2)
+    return out + "the error is " + ratio + of + ", on one condition: no interval can be given.";
+  std::vector<std::string> each;
+  for (const double x : g.of_conditions) each.push_back(short_number(x, 2));
+  return out + "the error is " + ratio + of + " (" + list_of(each, " and ") + " on its " + std::to_string(each.size()) +
+         " conditions, too few for an interval).";
+}
+
 }  // namespace
 
 std::string list_of(const std::vector<std::string>& ids, const char* last) {
@@ -133,11 +152,9 @@ bool soil_moved(const Diagnosis& d) {
 }
 
 std::string told(const Diagnosis& d, const RunTable& data, const std::string& cause) {
-  std::string out = largest_misfit(d) + cause + errors(d, data) + what_moved(d);
-  if (d.gain)
-    out += " On runs never used (" + list_of(d.gain->withheld, " and ") + ") the error falls to " +
-           short_number(d.gain->rmse_ratio) + " of that of the " + (soil_moved(d) ? "refitted" : "stated") +
-           " model [" + short_number(d.gain->low) + ", " + short_number(d.gain->high) + "].";
+  // Means over rows of one preparation scatter by more than their sensors do: where the model is adequate nothing is made of them.
+  std::string out = (d.verdict == "adequate" ? "" : largest_misfit(d)) + cause + errors(d, data) + what_moved(d);
+  if (d.gain) out += gain_told(*d.gain, soil_moved(d) ? "refitted" : "stated");
   return out + stretched_noise(d, data) + contradictions(d) + judged(d);
 }
 

@@ -20,7 +20,7 @@
 namespace grouser::diagnosis {
 namespace {
 
-constexpr double conflict_z = 3, swallowing = 2.5, beyond_doubt = 20, normal_95 = 1.6448536269514722;
+constexpr double conflict_z = 3, swallowing = 2.5, suspicious = 3, beyond_doubt = 20, normal_95 = 1.6448536269514722;
 constexpr double moved_z = 2, needed_rise = 20;  // a soil value that had to move, inside its prior
 constexpr double absurd = 6;                     // times the ordinary size of what a sensor does wrong
 
@@ -275,16 +275,23 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
     if (std::abs(v.prior_z) > conflict_z) conflict += (conflict.empty() ? "" : ", ") + name;
   bool any_visible = false;
   for (std::size_t i = 0; i < s.named_count(); ++i) any_visible = any_visible || s.scores().visible(i) > 3;
-  const bool poor =
-      s.series().layout().size() < s.series().soil_parameters() + 3 || (!any_visible && s.named_count() > 0);
+  const std::vector<Run>& fitted = s.series().runs();
+  const bool one_condition = std::all_of(fitted.begin(), fitted.end(), [&](const Run& r) {
+    return r.slip == fitted[0].slip && r.load == fitted[0].load && r.omega == fitted[0].omega &&
+           r.pass == fitted[0].pass && r.slope == fitted[0].slope;
+  });
+  const bool poor = one_condition || s.series().layout().size() < s.series().soil_parameters() + 3 ||
+                    (!any_visible && s.named_count() > 0);
 
-  // The noise found swallows what no account explains: with a stated sd that is a misfit.
+  // The noise found swallows what no account explains: with a stated sd that is a misfit, unless repeats show that noise.
   std::string swallowed;
   for (std::size_t k = 0; k < channel_count; ++k)
     if (data.stated_sd[k] && d.noise_scale[k] > swallowing) {
-      swallowed += (swallowed.empty() ? "" : ", ") + std::string(channel_names()[k].short_name);
+      if (!s.noise_in_repeats())
+        swallowed += (swallowed.empty() ? "" : ", ") + std::string(channel_names()[k].short_name);
       d.notes.push_back("the noise of " + std::string(channel_names()[k].short_name) + " would have to be " +
-                        short_number(d.noise_scale[k], 2) + " times what is stated");
+                        short_number(d.noise_scale[k], 2) + " times what is stated" +
+                        (s.noise_in_repeats() ? ", and repeats scatter as much" : ""));
     }
   const Candidate* extended = &none;
   const Fit* extended_fit = &s.nominal();
@@ -292,20 +299,22 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
   std::vector<std::string> group_ids;
   std::vector<std::pair<std::string, std::string>>
       disguised;  // effect of the name, soil value that it cannot be told from
-  const bool declared = best && s.mixture_bayes_factor() > decisive && best->refitted && best->fit.ok;
+  const bool declared = !one_condition && best && s.mixture_bayes_factor() > decisive && best->refitted && best->fit.ok;
   if (!declared) {
     left = s.remainder(none, s.nominal());
-    if (!swallowed.empty() && conflict.empty())
+    if (one_condition)  // rows that disagree with each other, not with the model
+      d.verdict = "undecidable";
+    else if (!swallowed.empty() && conflict.empty())
       d.verdict = "unknown";
     else if (poor)
       d.verdict = "undecidable";
     else if (!conflict.empty())
       d.verdict = "parameter";
     else
-      d.verdict = left.p < gate_p && s.mixture_bayes_factor() > decisive ? "unknown" : "adequate";
+      d.verdict = left.p < gate_p && s.mixture_bayes_factor() > suspicious ? "undecidable" : "adequate";
     // Inside its prior, and yet the whole of the agreement hangs on it.
-    if (d.verdict == "adequate" && !d.needed.empty() && d.needed[0].held.size() == 1 &&
-        std::abs(d.needed[0].prior_z) > moved_z && d.needed[0].rise > needed_rise) {
+    if ((d.verdict == "adequate" || (d.verdict == "undecidable" && !poor)) && !d.needed.empty() &&
+        d.needed[0].held.size() == 1 && std::abs(d.needed[0].prior_z) > moved_z && d.needed[0].rise > needed_rise) {
       d.verdict = "parameter";
       conflict = d.needed[0].held[0];
     }
@@ -378,9 +387,8 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
       } else if (alone) {
         const Crossed x = cross(s, *named, d);
         // An account that stands on noise far beyond what is stated leaves something over that no entry has.
-        const bool swallows = !swallowed.empty() && !s.noise_from_repeats();
-        d.verdict = x.agrees && !swallows ? "named" : "class";
-        if (x.agrees && !swallows) d.cause = named->candidate.id;
+        d.verdict = x.agrees && swallowed.empty() ? "named" : "class";
+        if (d.verdict == "named") d.cause = named->candidate.id;
         if (x.better) group.push_back(x.better);
         if (!x.agrees)
           d.notes.push_back("on runs left out " + named->candidate.id + " does not do better than " +
@@ -441,7 +449,7 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
                         short_number(most, 2));
   }
   if (d.verdict == "undecidable" && d.next.empty()) runs_to_begin_with(s, data, d);
-  if (!parts.withheld.empty()) d.gain = gain_on(s, *extended, *extended_fit, parts.withheld, withhold);
+  if (!parts.withheld.empty()) d.gain = gain_on(s, *extended, *extended_fit, parts.withheld, withhold, d.notes);
 
   // The next that is not this cause with a trace of a second.
   double second = 0;
@@ -479,7 +487,9 @@ Diagnosis diagnose(const DiagnosisCase& c, const RunTable& data, const std::vect
   else if (d.verdict == "parameter")
     cause = "The model follows the runs only where soil values leave what the case says of them: " + conflict + ".";
   else if (d.verdict == "undecidable")
-    cause = "The runs are too few or too noisy to tell anything apart.";
+    cause = poor ? "The runs are too few or too noisy to tell anything apart."
+                 : "Something is probably wrong with the model (odds " + short_number(s.mixture_bayes_factor(), 2) +
+                       ":1), but not by enough to be declared (" + short_number(decisive) + ":1).";
   else
     cause = std::string("The model ") + (soil_moved(d) ? "with refitted soil " : "as stated ") +
             "follows the runs within their noise.";

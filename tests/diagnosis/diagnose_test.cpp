@@ -30,7 +30,27 @@ TEST_F(DiagnoseTest, TheGainIsMeasuredOnRunsNeverUsed) {
   ASSERT_TRUE(d.gain.has_value());
   EXPECT_EQ(d.gain->runs, 10);
   EXPECT_EQ(d.runs.size(), 20U);
+  ASSERT_TRUE(d.gain->has_interval);
   EXPECT_LT(d.gain->high, 1) << d.sentence;
+  EXPECT_THAT(d.sentence, ::testing::HasSubstr("the error falls to"));
+}
+
+// What works at 0.1 and 0.9 rad/s alike: nothing hidden, so nothing may be gained.
+TEST_F(DiagnoseTest, NoGainIsClaimedWhereTheIntervalHoldsOne) {
+  const Diagnosis d = diagnose(given(), table(series([](auto&, double, double, double) {}, 3)), {"load_N=140"});
+  ASSERT_TRUE(d.gain.has_value());
+  EXPECT_THAT(d.sentence, ::testing::Not(::testing::HasSubstr("falls")));
+}
+
+// Three conditions: a bootstrap over them has no 95 %.
+TEST_F(DiagnoseTest, OfFewConditionsEachIsToldAndNoInterval) {
+  std::string text = series([](auto& y, double, double, double w) { y[1] += 1.2 * w; }, 5);
+  const Diagnosis d = diagnose(given(), table(text), {"order=1..3"});
+  ASSERT_TRUE(d.gain.has_value());
+  EXPECT_EQ(d.gain->of_conditions.size(), 3U);
+  EXPECT_FALSE(d.gain->has_interval);
+  EXPECT_THAT(d.sentence, ::testing::HasSubstr("interval"));
+  EXPECT_THAT(d.sentence, ::testing::Not(::testing::HasSubstr("falls")));
 }
 
 TEST_F(DiagnoseTest, TheSameTableGivesTheSameBits) {
@@ -46,6 +66,34 @@ TEST_F(DiagnoseTest, TheExtendedCaseIsReadAgainAsACase) {
   EXPECT_THAT(text, ::testing::HasSubstr("reference_width: 0.16 m"));
   std::ofstream(folder_ / "extended.yaml") << text;
   EXPECT_NO_THROW(read_case(folder_ / "extended.yaml"));
+}
+
+// Eight rows of one condition that disagree among themselves say nothing of the model.
+TEST_F(DiagnoseTest, OneConditionIsUndecidable) {
+  std::string text = "slip,slip_radius_m,load_N,drawbar_N,torque_Nm,sinkage_m,drawbar_sd_N,torque_sd_Nm,sinkage_sd_m\n";
+  for (int i = 0; i < 8; ++i) {
+    char line[120];
+    std::snprintf(line, sizeof line, "0.3,0.13,80,%g,%g,%g,1,0.1,0.0005\n", 10 + 4 * (i % 3 - 1.0), 5 + 0.4 * (i % 2),
+                  0.010 + 0.002 * (i % 4));
+    text += line;
+  }
+  EXPECT_EQ(diagnose(given(), table(text), {}).verdict, "undecidable");
+}
+
+// The stated sd is a quarter of the scatter, and four repeats of each run show that scatter: the sensor's sheet is wrong, not the model.
+TEST_F(DiagnoseTest, NoiseThatRepeatsShowIsNoMisfit) {
+  std::string text;
+  for (int repeat = 0; repeat < 4; ++repeat) {
+    std::string more = series([](auto&, double, double, double) {}, 40 + repeat);
+    if (repeat > 0) more.erase(0, more.find('\n') + 1);
+    text += more;
+  }
+  for (const auto& [from, to] : {std::pair<std::string, std::string>{",2,0.2,0.0015", ",0.5,0.05,0.000375"}})
+    for (std::size_t at = text.find(from + "\n"); at != std::string::npos; at = text.find(from + "\n", at + 1))
+      text.replace(at, from.size(), to);
+  const Diagnosis d = diagnose(given(), table(text), {});
+  EXPECT_GT(d.noise_scale[0], 2.5);
+  EXPECT_EQ(d.verdict, "adequate") << d.sentence;
 }
 
 TEST_F(DiagnoseTest, MillimetresAreAcceptedByTheirName) {

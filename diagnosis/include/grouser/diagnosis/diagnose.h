@@ -64,6 +64,10 @@ struct NextExperiment {
 struct Gain {
   std::vector<std::string> withheld;
   double rmse_ratio = 1, low = 1, high = 1;  ///< extended over nominal on the withheld runs; 95 %
+  bool has_interval = true;                  ///< low and high mean something: five conditions at least
+  std::vector<double> of_conditions;         ///< the same ratio on each condition alone (rig runs)
+  /// false: what was found has no value where it was not seen, and the extended model is the nominal one.
+  bool carried = true;
   std::array<double, channel_count> nominal_rmse{}, extended_rmse{};
   int runs = 0;
 };
