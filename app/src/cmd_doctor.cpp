@@ -92,8 +92,10 @@ int doctor() {
         c.line(true, m.id, fmt::format("not tried: soil '{}' has no grains", soil.name));
         continue;
       }
-      if (m.id == "sdem.v1") {
-        c.line(true, m.id, "not tried: it needs tables (grouser sdem build)");
+      if (m.id == "sdem.v1" || m.id == "sdem.v2") {
+        c.line(true, m.id,
+               m.id == "sdem.v1" ? "not tried: it needs tables (grouser sdem build)"
+                                 : "not tried: it needs a law (grouser sdem fit)");
         continue;
       }
       const auto terrain = m.make({soil, flat_ground(), {}, 9.81});

@@ -21,7 +21,7 @@ int main() {
   const GroundPtr flat = flat_ground();
   const GroundPtr rough = test::ground_of([](double x, double) { return 0.01 * (x - std::floor(x)); }, 1e-3);
   for (const ModelInfo& model : all_models().models()) {
-    if (model.id == "sdem.v1") continue;  // needs tables
+    if (model.id == "sdem.v1" || model.id == "sdem.v2") continue;  // need files made from grains
     for (const auto& [name, ground] : {std::pair{"flat", flat}, std::pair{"rough", rough}})
       for (const double vx : {0.0, 0.3}) {
         auto terrain = model.make({soil, ground, {}, 9.81});
