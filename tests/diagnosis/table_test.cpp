@@ -28,6 +28,18 @@ TEST_F(DiagnoseTest, MistakesOfATableAreNamedWithPlaceAndRemedy) {
   EXPECT_THAT(refusal("slip,slip_radius_m,load_N,drawbar_N\n"), HasSubstr("no runs below the header"));
 }
 
+TEST_F(DiagnoseTest, UnitsThatNoWheelHasAreRefused) {
+  const std::string header = "slip,slip_radius_m,load_N,sinkage_m\n";
+  EXPECT_THAT(refusal(header + "0.1,0.13,115,12.5\n"),
+              AllOf(HasSubstr("data.csv:2:14"), HasSubstr("diameter"), HasSubstr("sinkage_mm")));
+  EXPECT_THAT(refusal(header + "0.1,0.13,115,-0.012\n0.2,0.13,115,-0.013\n"), HasSubstr("counts downwards"));
+  EXPECT_EQ(refusal(header + "0.1,0.13,115,-0.001\n0.2,0.13,115,0.013\n"), "accepted");  // a wheel may ride up
+  EXPECT_THAT(refusal(header + "0.1,130,115,0.012\n"), AllOf(HasSubstr("data.csv:2:5"), HasSubstr("check the unit")));
+  EXPECT_EQ(refusal(header + "0.1,0.14,115,0.012\n"), "accepted");  // over lugs
+  EXPECT_THAT(refusal("slip,slip_def,slip_radius_m,load_N,sinkage_m\n0.1,rim,0.13,115,0.012\n"),
+              AllOf(HasSubstr("data.csv:1:6"), HasSubstr("slip_def"), HasSubstr("not known")));
+}
+
 TEST_F(DiagnoseTest, ARunCopiedIsPointedAt) {
   const std::string text =
       "slip,slip_radius_m,load_N,drawbar_N,torque_Nm\n0.1,0.13,115,3,1\n0.2,0.13,115,4,2\n0.1,0.13,115,3,1.1\n"
