@@ -16,11 +16,12 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kKind = "sdem law";
-constexpr double kFormat = 1;
+constexpr double kFormat = 2;
+constexpr double kSteepest = 0.7;  ///< tilt beyond which mu and tau stay
 
 /// Everything of a law that counts, as numbers.
 std::vector<double> numbers(const Direction& d) {
-  std::vector<double> v{d.radius,      d.width,        d.column,      d.grain_slope,
+  std::vector<double> v{d.radius,      d.width,        d.column,      d.grain_slope, d.grain_curve,
                         d.grain_shift, d.grain_length, d.grain_joint, d.outside_limit};
   v.insert(v.end(), d.c.begin(), d.c.end());
   v.insert(v.end(), d.spread.begin(), d.spread.end());
@@ -33,7 +34,7 @@ std::vector<double> numbers(const Direction& d) {
 bool take(Direction& d, const std::vector<double>& v) {
   if (v.size() != numbers(d).size()) return false;
   auto from = v.begin();
-  for (double* x : {&d.radius, &d.width, &d.column, &d.grain_slope, &d.grain_shift, &d.grain_length, &d.grain_joint,
+  for (double* x : {&d.radius, &d.width, &d.column, &d.grain_slope, &d.grain_curve, &d.grain_shift, &d.grain_length, &d.grain_joint,
                     &d.outside_limit})
     *x = *from++;
   const auto fill = [&](auto& array) {
@@ -83,6 +84,9 @@ const std::array<CoefficientInfo, kCoefficients>& coefficient_infos() {
       {"drag1", "its change with b", -0.2, 0.3},
       {"middle", "b where traction turns", -0.03, 0.05},
       {"ln_sharp", "ln of the width of that turn in b", std::log(0.15), 0.4},
+      {"mu_s", "mu with the tilt of the contact", 0, 0.3},
+      {"mu_o", "mu of a dragged wheel over open ground", 0, 0.3},
+      {"tau_o", "tau of a dragged wheel over open ground", 0, 0.3},
   }};
   return all;
 }
@@ -93,7 +97,12 @@ double Direction::press(double d) const {
   return d > 0 ? std::exp(at(Coefficient::ln_p) + at(Coefficient::q) * std::log(d / kDepth)) : 0;
 }
 
-Level Direction::level(double dx, double rim, double d) const {
+double Direction::grain_share(double b) const {
+  b = std::clamp(b, kLeast, kMost);
+  return std::exp(b * (grain_slope + b * grain_curve));
+}
+
+Level Direction::level(double dx, double rim, double d, double tilt, double drop) const {
   if (!(d > 0)) return {};
   // Backward travel is the mirror image of forward travel: half a turn of (dx, rim).
   double turn = std::atan2(rim, dx);
@@ -103,18 +112,19 @@ Level Direction::level(double dx, double rim, double d) const {
     sign = -1;
   }
   using C = Coefficient;
-  const double x = d / kDepth - 1;
+  const double x = d / kDepth - 1, open = 0.5 * (1 - std::exp(-std::max(0.0, drop) / kDepth));
   const auto forward = [&](double angle) {
     const double b = std::clamp((angle - pi / 4) / (pi / 6), kLeast, kMost),
                  e = std::tanh((b - at(C::middle)) / std::exp(at(C::ln_sharp)));
     // Far beyond the depths of training a linear change would turn the sign.
-    const double y = std::clamp(x, -1.0, 2.0);
+    const double y = std::clamp(x, -1.0, 2.0), slope = std::clamp(sign * tilt, -kSteepest, kSteepest);
     Level l;
     l.force = std::exp(at(C::l0) + b * (at(C::l1) + b * (at(C::l2) + b * at(C::l3))) +
                        std::max(0.7, at(C::n0) + at(C::n1) * b) * std::log(d / kDepth));
-    l.mu = at(C::mu0) + b * (at(C::mu1) + b * at(C::mu2)) + e * at(C::mu3) + y * (at(C::mu_d) + b * at(C::mu_db));
-    l.tau =
-        at(C::tau0) + b * (at(C::tau1) + b * at(C::tau2)) + e * at(C::tau3) + y * (at(C::tau_d) + b * at(C::tau_db));
+    l.mu = at(C::mu0) + b * (at(C::mu1) + b * at(C::mu2)) + e * at(C::mu3) + y * (at(C::mu_d) + b * at(C::mu_db)) +
+           slope * at(C::mu_s) + open * (1 - e) * at(C::mu_o);
+    l.tau = at(C::tau0) + b * (at(C::tau1) + b * at(C::tau2)) + e * at(C::tau3) +
+            y * (at(C::tau_d) + b * at(C::tau_db)) + open * (1 - e) * at(C::tau_o);
     return l;
   };
   if (turn <= pi / 2) {
@@ -170,7 +180,7 @@ void Direction::write(const fs::path& file) const {
     out.set_attribute("soil", soil);
     const std::vector<double> v = numbers(*this);
     out.write_static({"law", "1",
-                      "radius, width, column, slope and shift of the grain noise, its length and correlation, limit; "
+                      "radius, width, column, slope, curve and shift of the grain noise, its length and correlation, limit; "
                       "then the coefficients "
                       "in the order of `names`, spreads, grain, centre, inverse covariance; SI",
                       "", 1},

@@ -325,13 +325,12 @@ struct Fluctuation {
   std::array<double, 3> grains{}, law{};
   double joint = 0;
   double height = 0, depth = 0;  ///< of the law, means [m]
-  double forward = 0, back = 0;  ///< ln of the ratio of Fx, law over grains, slips above and below 0
+  std::vector<std::array<double, 2>> ratio;  ///< of each run: b, ln of the deviations of Fx, law over grains
   int runs = 0;
 };
 Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>& law,
                         const DirectionSettings& settings) {
   Fluctuation out;
-  int forward = 0, back = 0;
   for (const Way& w : p.ways()) {
     if (w.press || w.load <= 0 || p.run_of(w).slips.size() > 1 || p.run_of(w).rest > 0 ||
         p.run_of(w).ground->describe() != flat_ground()->describe())
@@ -356,9 +355,7 @@ Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>
       out.law[k] += deviation(b[k]);
     }
     const double ratio = std::log(std::max(1e-3, deviation(b[1])) / std::max(1e-3, deviation(a[1])));
-    const bool drives = p.run_of(w).slips[0] > 0;
-    (drives ? out.forward : out.back) += ratio;
-    ++(drives ? forward : back);
+    out.ratio.push_back({law->b_of(1 - p.run_of(w).slips[0], 1), ratio});
     double mx = 0, mt = 0, c = 0;
     for (std::size_t i = 0; i < a[1].size(); ++i) {
       mx += a[1][i] / static_cast<double>(a[1].size());
@@ -374,8 +371,6 @@ Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>
     out.law[k] /= std::max(1, out.runs);
   }
   out.joint /= std::max(1, out.runs);
-  out.forward /= std::max(1, forward);
-  out.back /= std::max(1, back);
   out.height /= std::max(1, out.runs);
   out.depth /= std::max(1, out.runs);
   return out;
@@ -394,8 +389,19 @@ void set_noise(const Problem& p, Direction& law, const DirectionSettings& wheel,
   for (int turn = 0; turn < kTurns; ++turn) {
     const Fluctuation f = fluctuation(p, std::make_shared<const Direction>(law), noisy);
     if (f.runs == 0) return;
-    // Slips above 0 lie some 0.7 further in b than those below.
-    if (turn + 1 < kTurns) law.grain_slope = std::clamp(law.grain_slope - (f.forward - f.back) / 0.7, -2.0, 2.0);
+    if (turn + 1 < kTurns) {
+      // ln ratio = c + slope b + curve b^2 over the runs, least squares.
+      Eigen::MatrixXd a(static_cast<Eigen::Index>(f.ratio.size()), 3);
+      Eigen::VectorXd y(a.rows());
+      for (Eigen::Index i = 0; i < a.rows(); ++i) {
+        const double b = f.ratio[static_cast<std::size_t>(i)][0];
+        a.row(i) << 1, b, b * b;
+        y[i] = f.ratio[static_cast<std::size_t>(i)][1];
+      }
+      const Eigen::VectorXd x = a.colPivHouseholderQr().solve(y);
+      law.grain_slope = std::clamp(law.grain_slope - x[1], -2.0, 2.0);
+      law.grain_curve = std::clamp(law.grain_curve - x[2], -2.0, 2.0);
+    }
     law.grain_joint = std::clamp(f.joint, 0.0, 0.95);
     if (turn + 1 < kTurns)
       law.grain_shift -= law.at(Coefficient::n0) * (f.height - quiet.height) / std::max(1e-3, quiet.depth);

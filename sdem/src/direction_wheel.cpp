@@ -83,16 +83,16 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
     const double g = 2.0 / 3 * d / o.area, gs = -g * o.slope, gz = g * o.length, size = std::hypot(gs, gz);
     const double cs = gz / size, sn = -gs / size, dt = dx * cs + dh * sn;
     const double way = std::sqrt(dt * dt + rim * rim + side * side);
-    Level level = law.level(dt, rim, d);
+    const double tilt = sn / cs;
+    const double ahead = rut_.height(s + (dt >= 0 ? 0.5 : -0.5) * r), drop = std::isfinite(ahead) ? z - r - (ahead - top) : 0;
+    Level level = law.level(dt, rim, d, tilt, drop);
     double x1 = 0, x2 = 0, x3 = 0;
     if (settings_.grain_noise > 0) {
       const double j = law.grain_joint;
       const double a = settings_.grain_noise * law.grain[0];
       x1 = a * noise(0, s / kLong) + settings_.grain_noise * settings_.grain_noise * law.grain_shift;
       const double e = noise(1, s);
-      const double way_b =
-          std::clamp(law.b_of(std::abs(dt), dt >= 0 ? rim : -rim), Direction::kLeast, Direction::kMost);
-      const double wide = settings_.grain_noise * std::exp(law.grain_slope * way_b);
+      const double wide = settings_.grain_noise * law.grain_share(law.b_of(std::abs(dt), dt >= 0 ? rim : -rim));
       x2 = wide * law.grain[1] * e;
       x3 = wide * law.grain[2] * (j * e + std::sqrt(std::max(0.0, 1 - j * j)) * noise(2, s));
       level.force *= std::exp(x1);
@@ -124,7 +124,7 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
     f.contact = true;
     f.normal = n;
     f.depth = d;
-    f.tilt = sn / cs;
+    f.tilt = tilt;
     f.b = law.b_of(std::abs(dt), dt >= 0 ? rim : -rim);
     f.fs = n * (gs + u * cs);
     f.fz = n * (gz + u * sn);
@@ -150,13 +150,14 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
       f.normal_z = gz;
       if (f.rests) {
         // At rest forces answer a motion either way like a spring that ends where it slides.
-        const Level drag = law.level(1, 0, d), spin = law.level(0, 1, d);
+        const Level drag = law.level(1, 0, d, tilt, drop), spin = law.level(0, 1, d, tilt, drop);
         f.along_slope = -n * std::abs(drag.mu) / lt;
         f.spin_slope = n * r * r * std::abs(spin.tau) / lt;
         f.side_slope = -n * settings_.side_friction / lt;
       } else {
         const double total = way * pieces, gone = std::exp(-total / lt), e = 1e-4 * total;
-        const Level x = law.level(dt * pieces + e, rim * pieces, d), w = law.level(dt * pieces, rim * pieces + e, d);
+        const Level x = law.level(dt * pieces + e, rim * pieces, d, tilt, drop),
+                    w = law.level(dt * pieces, rim * pieces + e, d, tilt, drop);
         f.along_slope =
             n * ((1 - gone) * (x.mu + x2 - level.mu) / e + gone / lt * (dt / way) * (level.mu + dry_u - u_before));
         f.along_slope += u * ((1 - kept) * (x.force * std::exp(x1) - level.force) / e +

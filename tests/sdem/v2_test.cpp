@@ -107,15 +107,15 @@ TEST(DirectionLaw, ForcesDoNotDependOnSpeed) {
 TEST(DirectionLaw, BackwardTravelMirrorsForwardTravel) {
   const sdem::Direction& d = *law();
   for (const double rim : {0.5, 0.8, 1.0, 1.3, 2.0}) {
-    const sdem::Level a = d.level(1, rim, 4e-3), b = d.level(-1, -rim, 4e-3);
+    const sdem::Level a = d.level(1, rim, 4e-3, 0.2), b = d.level(-1, -rim, 4e-3, -0.2);
     EXPECT_NEAR(a.force, b.force, 1e-12 * a.force);
     EXPECT_NEAR(a.mu, -b.mu, 1e-12);
     EXPECT_NEAR(a.tau, -b.tau, 1e-12);
   }
   // Continuous all around.
-  sdem::Level last = d.level(1, 0, 3e-3);
+  sdem::Level last = d.level(1, 0, 3e-3, 0);
   for (double angle = 0; angle < 2 * 3.14159; angle += 1e-3) {
-    const sdem::Level now = d.level(std::cos(angle), std::sin(angle), 3e-3);
+    const sdem::Level now = d.level(std::cos(angle), std::sin(angle), 3e-3, 0);
     EXPECT_NEAR(now.mu, last.mu, 0.02) << angle;
     EXPECT_NEAR(now.force / last.force, 1, 0.02) << angle;
     last = now;

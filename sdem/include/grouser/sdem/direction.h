@@ -9,7 +9,10 @@
 //   F_P  = max(F_L, p (d/d0)^q)                                  borne where the wheel is pressed without travel          (D4)
 //   dN   = k dd + (F_L - N) dS/l,  N between 0 and F_P,  dS = |(v_t, r w, v_y)| dt,  dd by the motion of the wheel        (D5)
 //   F_t  = u N,  du = (mu(b, d) - u) dS/l_t;   M = r m N,  dm = (tau(b, d) - m) dS/l_t                                    (D6)
-//   mu, tau = c0 + c1 b + c2 b^2 + c3 tanh((b - middle)/sharp) + (c4 + c5 b)(d/d0 - 1)
+//   mu, tau = c0 + c1 b + c2 b^2 + c3 tanh((b - middle)/sharp) + (c4 + c5 b)(d/d0 - 1) + c6 tilt + c7 o (1 - tanh(..))/2
+//   tilt = slope of the contact: tangent of the angle of the normal force, positive where soil lies ahead; no c6 in tau
+//   o = 1 - exp(-h/d0), h = how far the soil half a radius ahead lies below the lowest point of the rim, 0 where it does not:
+//   a dragged wheel that comes over a crest pushes soil that nothing holds
 // A wheel that rests is held by a spring k and does not creep; one that sinks while it travels bears F_L + k l |dz|/dS, one that climbs
 // so much less. The part of the depth that is not N/k lasts.
 #include <array>
@@ -53,6 +56,9 @@ enum class Coefficient {
   drag1,
   middle,
   ln_sharp,
+  mu_s,
+  mu_o,
+  tau_o,
   count
 };
 inline constexpr std::size_t kCoefficients = static_cast<std::size_t>(Coefficient::count);
@@ -77,9 +83,10 @@ struct Direction {
   /// What means over some 0.1 m of the way of one packing differ from the law by, root mean squares over the free training runs:
   /// height [m], mu, tau.
   std::array<double, 3> spread{};
-  /// Within a run about its mean: amplitudes of the noise of ln F_L, mu, tau; those of mu and tau times exp(grain_slope b).
+  /// Within a run about its mean: amplitudes of the noise of ln F_L, mu, tau; those of mu and tau times
+  /// exp(grain_slope b + grain_curve b^2).
   std::array<double, 3> grain{};
-  double grain_slope = 0;
+  double grain_slope = 0, grain_curve = 0;
   double grain_shift = 0;  ///< of ln F_L with the noise, so that the mean height stays
   double grain_length = 6e-3;
   double grain_joint = 0;  ///< correlation of mu and tau
@@ -91,10 +98,11 @@ struct Direction {
   double at(Coefficient k) const { return c[static_cast<std::size_t>(k)]; }
   double& at(Coefficient k) { return c[static_cast<std::size_t>(k)]; }
   /// D3 and targets of D6. Any (dx, rim): between the trained directions polynomials, beyond them their ends, mirrored for backward travel.
-  Level level(double dx, double rim, double d) const;
+  Level level(double dx, double rim, double d, double tilt = 0, double drop = 0) const;
   double press(double d) const;                            ///< p (d/d0)^q [N]
   double b_of(double dx, double rim) const;                ///< D1, not limited
   double distance(double b, double d, double tilt) const;  ///< Mahalanobis
+  double grain_share(double b) const;                      ///< exp(grain_slope b + grain_curve b^2)
 
   static constexpr double kDepth = 3e-3;              ///< d0 [m]
   static constexpr double kLeast = -0.55, kMost = 1;  ///< b of the polynomials: slips of the rim from -0.8 to 0.73
