@@ -48,7 +48,8 @@ void write_sweep(const std::filesystem::path& file, const std::vector<RigRow>& r
          "speed_m_s";
   for (const RigChannel& c : rig_channels())
     out << ',' << c.name << '_' << c.csv_unit << ',' << c.name << "_sd_" << c.csv_unit;
-  out << ",sinkage_profile_mm,sinkage_profile_sd_mm,stationary,simulated_s,touch_down_overshoot,note\n";
+  out << ",sinkage_profile_mm,sinkage_profile_sd_mm,stationary,simulated_s,touch_down_overshoot,drawbar_pull_model_error_N,"
+         "driving_torque_model_error_Nm,sinkage_model_error_mm,outside,note\n";
   for (const RigRow& r : rows) {
     const RigCase& c = r.spec;
     const bool held = c.mode == RigCase::Mode::slip;
@@ -61,7 +62,8 @@ void write_sweep(const std::filesystem::path& file, const std::vector<RigRow>& r
     }
     out << ',' << text(1e3 * r.sinkage_profile.mean) << ',' << text(1e3 * r.sinkage_profile.sd) << ','
         << (r.stationary ? 1 : 0) << ',' << text(r.simulated_s) << ',' << text(r.touch_down_overshoot) << ','
-        << quoted(r.note) << '\n';
+        << text(r.model_error[0]) << ',' << text(r.model_error[1]) << ',' << text(1e3 * r.model_error[2]) << ','
+        << text(r.outside) << ',' << quoted(r.note) << '\n';
   }
 }
 

@@ -61,6 +61,7 @@ class RigRecord {
   void add(const RigSample& s, const EnergyLedger& energy);
   /// After the last step. Fills the statistics of the row.
   void finish(RigRow& row, const std::string& hash);
+  void warn(const std::string& what);  ///< for the report; empty: nothing
   void fail(const std::string& why);
 
  private:

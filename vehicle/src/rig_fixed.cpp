@@ -7,6 +7,7 @@
 
 #include "grouser/bullet/terrain_action.h"
 #include "grouser/vehicle/trim.h"
+#include "model_error.h"
 #include "rig_case.h"
 
 namespace grouser::vehicle {
@@ -112,6 +113,10 @@ std::string run_fixed(const CaseContext& x, RigRow& row) {
   w.world.removeAction(&action);
   row.simulated_s = action.time();
   row.terrain_s = action.terrain_seconds();
+  const ModelError e = model_error(*terrain);
+  row.model_error = {e.drawbar_pull, e.driving_torque, e.sinkage};
+  row.outside = e.outside;
+  x.record.warn(outside_warning(*terrain));
   State end;
   action.traverse(end);
   return end.hash_text();

@@ -207,6 +207,12 @@ void RigRecord::finish(RigRow& row, const std::string& hash) {
   file_->close();
 }
 
+void RigRecord::warn(const std::string& what) {
+  if (what.empty()) return;
+  const std::lock_guard guard(lock_);
+  file_->set_attribute("warnings", nlohmann::json({what}).dump());
+}
+
 void RigRecord::fail(const std::string& why) {
   const std::lock_guard guard(lock_);
   file_->set_attribute("status", "stopped: " + why);

@@ -11,6 +11,7 @@
 #include "grouser/terrain/ground_frame.h"
 #include "grouser/vehicle/folder_lock.h"
 #include "grouser/vehicle/scenario.h"
+#include "model_error.h"
 #include "run_record.h"
 
 namespace grouser::vehicle {
@@ -124,6 +125,7 @@ class Run {
   /// Written when one comes up and again at the end, so that a killed run has it too.
   std::vector<std::string> warnings() const {
     std::vector<std::string> all = extent_.warnings(scenario_.vehicle);
+    if (const std::string w = outside_warning(world_->terrain()); !w.empty()) all.push_back(w);
     if (speed_at_start_ >= rest_speed) {
       char text[200];
       std::snprintf(text, sizeof text,

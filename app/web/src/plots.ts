@@ -214,8 +214,11 @@ export class Chart {
     };
     const rangeX = o.free ? { range: xRange } : o.margin ? { range: (_: uPlot, lo: number, hi: number): [number, number] => [lo - 0.04 * (hi - lo), hi + 0.04 * (hi - lo)] } : {};
     // Nearly equal values get a span that the labels of the axis can tell apart.
+    const bars = this.lines.flatMap((l) => (l.error ? Array.from(l.y, (v, i) => [v - l.error![i], v + l.error![i]]).flat() : [])).filter(Number.isFinite);
     const yRange = (_: uPlot, lo: number | null, hi: number | null): uPlot.Range.MinMax => {
       if (lo === null || hi === null) return [null, null];
+      lo = Math.min(lo, ...bars);
+      hi = Math.max(hi, ...bars);
       const least = 1e-4 * Math.max(Math.abs(lo), Math.abs(hi));
       return hi - lo < least ? [lo - 5 * least, hi + 5 * least] : uPlot.rangeNum(lo, hi, 0.1, true);
     };

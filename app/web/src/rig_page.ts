@@ -43,6 +43,8 @@ interface Curve {
   slip: number[];
   value: number[];
   error: number[];
+  /** Half width of the model's own 90 % bar. */
+  model: number[];
 }
 
 /** One curve per group of rows, sorted by slip. */
@@ -51,6 +53,7 @@ function curves(t: Table, channel: string): Curve[] {
   const value = all.find((c) => c.channel === channel && !c.spread);
   if (!value) return [];
   const spread = all.find((c) => c.channel === channel && c.spread);
+  const own = all.find((c) => c.channel === `${channel}_model` && c.spread);
   const at = (name: string) => t.columns.indexOf(name);
   const group = at('group') >= 0 ? at('group') : at('slip_definition');
   const slips = ['slip', 'slip_symmetric', 'slip_rim'].map(at).filter((k) => k >= 0);
@@ -59,11 +62,12 @@ function curves(t: Table, channel: string): Curve[] {
   rows.sort((a, b) => a.s - b.s);
   for (const { r, s } of rows) {
     const key = group >= 0 ? String(r[group] ?? '') : '';
-    if (!out.has(key)) out.set(key, { group: key, slip: [], value: [], error: [] });
+    if (!out.has(key)) out.set(key, { group: key, slip: [], value: [], error: [], model: [] });
     const c = out.get(key) as Curve;
     c.slip.push(s);
     c.value.push(number(r[value.index]));
     c.error.push(spread ? number(r[spread.index]) : NaN);
+    c.model.push(own ? number(r[own.index]) : NaN);
   }
   return [...out.values()];
 }
@@ -88,7 +92,10 @@ function sweepPlots(charts: Charts, rigs: Rig[]): HTMLElement {
     for (const rig of rigs)
       for (const c of curves(rig.header.sweep, channel)) {
         const label = [rigs.length > 1 ? rig.label : '', c.group].filter(Boolean).join(': ') || 'model';
-        lines.push({ label, x: c.slip, y: c.value, error: c.error, colour: runColours[k++ % runColours.length] });
+        const colour = runColours[k++ % runColours.length];
+        lines.push({ label, x: c.slip, y: c.value, error: c.error, colour });
+        if (!c.model.some(Number.isFinite)) continue;
+        for (const side of [-1, 1]) lines.push({ label: `${label}, ${side < 0 ? 'low' : 'high'} end of 90 %`, x: c.slip, y: c.value.map((v, i) => v + side * c.model[i]), colour, dash: [3, 4], width: 1 });
       }
     // The same measurement is beside each of the compared rigs: draw it once.
     const seen = new Set<string>();
@@ -169,6 +176,9 @@ function sentence(rig: Rig): string {
   text += '.';
   const at = t.columns.indexOf('stationary');
   const moving = at < 0 ? 0 : t.rows.filter((r) => /^(0|false|no)$/.test(String(r[at]))).length;
+  const far = t.columns.indexOf('outside');
+  const most = far < 0 ? NaN : Math.max(...t.rows.map((r) => number(r[far])).filter(Number.isFinite));
+  if (Number.isFinite(most)) text += ` Dashed: between them nine of ten runs of what the model was fitted to should lie; up to ${num(100 * most, 2)} % of the way lay outside of that.`;
   return text + (moving > 0 ? ` ${moving} case${moving > 1 ? 's are' : ' is'} not stationary over the averaging window.` : ' Bars are the standard deviation over the averaging window.');
 }
 

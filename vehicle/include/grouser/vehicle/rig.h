@@ -1,7 +1,9 @@
 #pragma once
 // Single-wheel rig: one wheel on a carriage over any terrain; sweeps of slip or torque, wheel digging.
+#include <array>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -28,6 +30,8 @@ struct RigOptions {
       progress;  ///< simulated seconds over all cases; any thread, one at a time
 };
 
+inline constexpr double kUnsaid = std::numeric_limits<double>::quiet_NaN();
+
 /// One case: what was asked and what came out over the averaging window.
 struct RigRow {
   RigCase spec;
@@ -44,6 +48,9 @@ struct RigRow {
   bool stationary = false;    ///< all of the six are
   std::string note;           ///< which are not, and by how much
   double simulated_s = 0, wall_s = 0, terrain_s = 0;
+  /// 90 % half widths of a model that was fitted to data [N], [N m], [m], and share of its steps outside of that data; NaN: it does not say.
+  std::array<double, 3> model_error{kUnsaid, kUnsaid, kUnsaid};
+  double outside = kUnsaid;
   double touch_down_overshoot = 0;  ///< [-] greatest normal force over the load before the ramp, minus one
   std::string end_state_hash;
 };
