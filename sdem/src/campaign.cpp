@@ -67,6 +67,9 @@ Campaign load_campaign(const std::filesystem::path& file) {
   c.margin = b.quantity("length", "m", Range::positive());
   c.brick = b.quantity("brick", "m", Range::positive());
   c.periodic = b.choice_or("sides", "walls", {"walls", "periodic"}) == "periodic";
+  c.rough_floor = b.choice_or("floor", "smooth", {"smooth", "grains"}) == "grains";
+  if (c.rough_floor && c.floor_distance > 0 && c.floor_distance <= c.soil.largest)
+    b.error_at("floor_distance", "must be more than the layer of grains that stand still, one of the largest");
   const int grains = c.periodic ? kPeriodicGrains : 2;
   if (c.width > 0 && (c.periodic ? c.width < grains * c.soil.largest : c.width <= 2 * c.soil.largest))
     b.error_at("width", c.periodic ? "a slab without walls must be six of the largest grains wide at least"
@@ -126,7 +129,8 @@ std::vector<CampaignRun> plan_of(const Campaign& c) {
                                           {"reach_m", c.reach}})
           put(r.inputs, name, value);
         if (c.periodic) r.inputs += "sides periodic\n";
-        r.inputs += "run 1\n";
+        r.inputs += c.rough_floor ? "floor grains\n" : "ends held\n";
+        r.inputs += "run 2\n";
         r.name = dem::hash_text(r.inputs);
         runs.push_back(std::move(r));
       }

@@ -86,7 +86,14 @@ class ConstantVelocity {
       const double dx = g.x[0] - hub[0], dz = g.x[2] - hub[2], reach = c_.radius + g.radius;
       return dx * dx + dz * dz < reach * reach;
     });
+    for (dem::GrainState& g : grains) g.frozen = g.frozen || held(g);
     return dem::Solver(s, std::move(grains));
+  }
+
+  /// Without these the wheel would take the whole bed along: smooth floor and smooth sides bear no force along x.
+  bool held(const dem::GrainState& g) const {
+    const double layer = c_.soil.largest;
+    return c_.rough_floor ? g.x[2] < layer : g.x[0] < layer || g.x[0] >= length_ - layer;
   }
 
   void begin() {

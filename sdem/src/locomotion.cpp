@@ -1,10 +1,28 @@
 #include "grouser/sdem/locomotion.h"
 
 #include <cmath>
+#include <cstdio>
 #include <ctime>
 #include <stdexcept>
+#include <string>
+
+#include "grouser/terrain/terrain.h"
 
 namespace grouser::sdem {
+
+namespace {
+
+std::string lost(double s, double hub, double lowest) {
+  char text[240];
+  std::snprintf(
+      text, sizeof text,
+      "the wheel sinks out of the tables after %.4g m: its hub is %.4g m above the floor of the soil, and the "
+      "tables begin at %.4g m",
+      s, hub, lowest);
+  return text;
+}
+
+}  // namespace
 
 LocomotionRun run_locomotion(std::shared_ptr<const Tables> tables, const LocomotionCase& c) {
   if (!(c.slip < 1) || !(c.mass > 0) || !(c.width > 0) || !(c.time_step > 0) || !(c.distance > 0) || !(c.spin > 0))
@@ -19,8 +37,12 @@ LocomotionRun run_locomotion(std::shared_ptr<const Tables> tables, const Locomot
   std::vector<LocomotionSample>& out = run.samples;
   const auto steps = static_cast<std::size_t>(std::ceil(c.distance / v / h));
   out.reserve(steps);
+  const double lowest = tables->part(Part::wheel_bottom).u.first;
   double behind = 0;  // integral of the velocity's error [m]
   for (std::size_t i = 0; i < steps; ++i) {
+    const double floor = c.slice.floor + (c.local_height ? c.profile(x.s) : 0);
+    slice.set_floor(floor);
+    if (const double hub = x.z - floor; !(hub >= lowest)) throw TerrainError(lost(x.s, hub, lowest));
     const SliceForce f = slice.force(x, c.width);
     out.push_back({static_cast<double>(i) * h, x.s, x.z, x.vx, x.vz, f.fx, f.fz, f.torque, c.profile(x.s) - (x.z - r)});
     if (c.probe_vz != 0) {
@@ -28,6 +50,7 @@ LocomotionRun run_locomotion(std::shared_ptr<const Tables> tables, const Locomot
       probe.vz = c.probe_vz;
       out.back().fz_probe = slice.force(probe, c.width).fz;
     }
+    if (c.watch) c.watch(out.back(), slice);
     behind += (v - x.vx) * h;
     x.vx += (f.fx + c.gain * behind) / c.mass * h;
     x.vz += (f.fz - weight) / c.mass * h;

@@ -197,6 +197,7 @@ SliceForce Slice::force(const WheelState& x, double width) {
   return f;
 }
 
+void Slice::set_floor(double z) { impl_->set.floor = z; }
 double Slice::rounded(double vz, double vx) const { return impl_->round(vz, vx); }
 std::size_t Slice::size() const { return impl_->s.size(); }
 double Slice::s_of(std::size_t i) const { return impl_->s[i]; }

@@ -4,7 +4,8 @@
 // One run: a wheel of velocity (w, vx, vz) through a slab of grains, between smooth walls or (`periodic`) its own neighbour across. For vz < 0 it starts clear of the soil and ends
 // `floor_distance` above the floor; for vz > 0 the other way. Height of the hub above the floor, between
 //   low = floor_distance + r  and  high = bed_depth + clearance + r,   T = (high - low)/|vz|                         (C1)
-// over a bed `margin` + |vx| T long, periodic along x. States are averaged over `over` of the hub's way, every `every` of it.
+// over a bed `margin` + |vx| T long, periodic along x. A layer of grains as thick as the largest one stands still: on the floor (`rough_floor`)
+// or at both ends, half of `margin` from the hub at the start and at the end of its way. States are averaged over `over` of the hub's way, every `every` of it.
 // Every run is one file in a folder, named by the hash of its inputs: a finished run is never computed again, a killed one begins anew.
 #include <cstdint>
 #include <filesystem>
@@ -22,6 +23,8 @@ struct Campaign {
   std::string wheel;             ///< name
   double radius = 0, width = 0;  ///< r, of wheel and slab [m]
   bool periodic = false;         ///< no side walls: the slab is its own neighbour across
+  bool rough_floor =
+      false;  ///< the lowest grains stand still; else the floor is smooth and grains at both ends stand still
   dem::SoilSettings soil;
   std::vector<double> w, vx, vz;                                      ///< nodes [rad/s], [m/s]; vz without 0
   double bed_depth = 0.155, floor_distance = 0.03, clearance = 0.02;  ///< [m]

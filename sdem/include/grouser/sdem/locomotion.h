@@ -5,7 +5,7 @@
 //   z'' = (F_z - W)/m,     vz <- 0 where |vz| <= dead_band |vx|                                                      (L2)
 // explicit, `time_step` long, in the order: force, wheel, soil. Torque is that of the soil.
 // A wheel set down at rest falls at 13.7 mm/s after two such steps, and the published tables end at 10 mm/s: by default velocities outside are
-// taken as the nearest ones and counted.
+// taken as the nearest ones and counted. A wheel whose hub comes below the lowest height of the tables is not carried on: TerrainError.
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -30,6 +30,10 @@ struct LocomotionCase {
   double probe_vz = 0;  ///< a second look-up at this vertical velocity that moves nothing (fz_probe) [m/s]; 0: none
   SliceSettings slice;
   Slice::Profile profile = [](double) { return 0.0; };
+  bool local_height =
+      false;  ///< heights are counted from the profile under the hub less the bed's depth, not from a level floor
+  /// Called in every step once its forces are known, before wheel and soil move.
+  std::function<void(const struct LocomotionSample&, const Slice&)> watch;
 };
 
 struct LocomotionSample {
@@ -44,7 +48,7 @@ struct LocomotionRun {
   double seconds = 0;                     ///< of the processor
 };
 
-/// @throws TerrainError as Slice; std::invalid_argument when slip >= 1 or a size is not positive.
+/// @throws TerrainError as Slice, and where the wheel sinks out of the tables; std::invalid_argument when slip >= 1 or a size is not positive.
 LocomotionRun run_locomotion(std::shared_ptr<const Tables> tables, const LocomotionCase& c);
 
 }  // namespace grouser::sdem

@@ -65,6 +65,8 @@ class Slice {
   void move(const WheelState& x, double dt, double force_z, double weight);
   /// V3. Moves nothing.
   SliceForce force(const WheelState& x, double width);
+  /// Another height of the floor from here on [m].
+  void set_floor(double z);
   /// vz after V4.
   double rounded(double vz, double vx) const;
 
