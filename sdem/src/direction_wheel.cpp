@@ -114,7 +114,8 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
     const bool yields = raw >= most;
     elastic_ = raw / k;
     const double n = std::max(0.0, raw), n_before = std::max(0.0, k * before), u_before = u_, m_before = m_;
-    const double q = 1 - std::exp(-way / lt), angle = way > 0 ? side / way : 0;
+    const double q = 1 - std::exp(-way / lt), turn = settings_.side_turn,
+                 across = turn > 0 ? std::hypot(side, rim - dt, turn * way) : way, angle = way > 0 ? side / across : 0;
     const double dry_u = kDry * std::tanh(dt * rate), dry_m = kDry * std::tanh(rim * rate),
                  dry_y = std::min(kDry, settings_.side_friction) * std::tanh(side * rate);
     u_ += q * (level.mu + dry_u - u_);
@@ -165,7 +166,9 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
         f.spin_slope =
             n * r * r *
             ((1 - gone) * (w.tau + x3 - level.tau) / e + gone / lt * (rim / way) * (level.tau - dry_m - m_before));
-        f.side_slope = -n * settings_.side_friction * (1 - gone) / total;
+        const double whole = across * pieces, share = side / across;
+        f.side_slope = -n * settings_.side_friction * (1 - gone) / whole *
+                       (turn > 0 ? std::max(0.0, 1 - share * share * (1 + turn * turn)) : 1);
       }
     }
     if (i == pieces) {

@@ -182,13 +182,41 @@ void Rut::displace(double s, double z, const Shares& shares) {
   }
 }
 
-double Rut::height(double s) const {
-  if (h_.size() < 2) return std::numeric_limits<double>::quiet_NaN();
+double Rut::between(const std::vector<double>& h, double s) const {
+  if (h.size() < 2) return std::numeric_limits<double>::quiet_NaN();
   const double u = s / column_ - 0.5 - static_cast<double>(base_);
-  if (!(u >= 0) || !(u <= static_cast<double>(h_.size() - 1))) return std::numeric_limits<double>::quiet_NaN();
-  const auto i = std::min(static_cast<std::size_t>(u), h_.size() - 2);
+  if (!(u >= 0) || !(u <= static_cast<double>(h.size() - 1))) return std::numeric_limits<double>::quiet_NaN();
+  const auto i = std::min(static_cast<std::size_t>(u), h.size() - 2);
   const double t = u - static_cast<double>(i);
-  return h_[i] + t * (h_[i + 1] - h_[i]);
+  return h[i] + t * (h[i + 1] - h[i]);
+}
+
+double Rut::height(double s) const { return between(h_, s); }
+double Rut::before(double s) const { return between(before_, s); }
+
+void Rut::renew(double s, double z, double a, double b, const std::function<double(double)>& height) {
+  const auto lo = static_cast<std::int64_t>(std::floor(a / column_)),
+             hi = static_cast<std::int64_t>(std::floor(b / column_));
+  const auto old = base_;
+  const std::vector<double> before = std::move(before_), old_h = std::move(h_);
+  base_ = lo;
+  const auto n = static_cast<std::size_t>(hi - lo + 1);
+  h_.assign(n, 0);
+  before_.assign(n, 0);
+  compacted_.assign(n, 0);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double d = place(i) - s, now = height(place(i));
+    h_[i] = before_[i] = now;
+    if (std::abs(d) >= radius_) continue;
+    const double rim = z - std::sqrt(radius_ * radius_ - d * d) - kTouch;
+    const std::int64_t k = lo + static_cast<std::int64_t>(i) - old;
+    const bool known = k >= 0 && k < static_cast<std::int64_t>(before.size());
+    if (!known) continue;
+    const double was = before[static_cast<std::size_t>(k)];
+    before_[i] = std::max(was, std::min(now, rim));  // as in displace
+    // Soil under the rim keeps its shape: read back from the field it would be a little flatter at each step, and be moved again.
+    if (old_h[static_cast<std::size_t>(k)] >= rim) h_[i] = old_h[static_cast<std::size_t>(k)];
+  }
 }
 
 double Rut::volume() const {

@@ -8,6 +8,7 @@
 #include "grouser/sdem/v2.h"
 #include "grouser/terrain/recorder.h"
 #include "grouser/terrain/wheel_motion.h"
+#include "v2_field.h"
 
 namespace grouser::sdem {
 
@@ -21,13 +22,32 @@ seed: 1                  # [1] 0..1000000 of that fluctuation
 side_friction: 0         # [1] 0..2 side force over normal force while sliding aside: assumed, not from grains
 memory: true             # false: forces by the direction of motion alone, no elastic memory (for comparison)
 pile: true               # false: displaced soil is compacted where it is (for comparison)
+side_turn: 0             # [1] 0..2 the side force turns with the sliding of the rim, all but sharply (D7); 0: by the direction of travel
+rows: 0                  # 0..64 rows across each wheel on soil that all wheels share; 0: a plane of its own for each wheel
+cell: 8 mm               # [m] 1e-3..0.05 of that soil
+bearing: 1               # [1] 0.2..2 with rows: force of a wheel of its width over that of as wide a part of an endless one
 other_soil: refuse       # grains of the soil file that are not those of the law: refuse | accept
 )";
 
-struct V2Options {
-  std::shared_ptr<const Direction> law;
-  DirectionSettings wheel;
-};
+using V2Options = FieldSettings;
+
+}  // namespace
+
+void check_carries(const FieldSettings& o, const BodySpec& b) {
+  if (!o.law)
+    throw TerrainError("sdem.v2 cannot carry body '" + b.name +
+                       "': it has no law; name a file, 'options: {sdem.v2: {law: law.h5}}', made by "
+                       "'grouser sdem fit'");
+  const double r = b.gear.outer_radius();
+  if (std::abs(r - o.law->radius) > 1e-3 * r) {
+    char text[200];
+    std::snprintf(text, sizeof text, "': its radius is %.6g m, and the law is of a wheel of %.6g m ('", r,
+                  o.law->radius);
+    throw TerrainError("sdem.v2 cannot carry body '" + b.name + text + o.law->wheel + "')");
+  }
+}
+
+namespace {
 
 V2Options read(const TerrainArgs& a) {
   const ConfigNode& o = a.options;
@@ -39,8 +59,12 @@ V2Options read(const TerrainArgs& a) {
   v.wheel.grain_noise = o.quantity_or("grain_noise", 1, "1", Range::between(0, 10));
   v.wheel.seed = static_cast<std::uint64_t>(o.integer_or("seed", 1, 0, 1000000));
   v.wheel.side_friction = o.quantity_or("side_friction", 0, "1", Range::between(0, 2));
+  v.wheel.side_turn = o.quantity_or("side_turn", 0, "1", Range::between(0, 2));
   v.wheel.memory = o.boolean_or("memory", true);
   v.wheel.pile = o.boolean_or("pile", true);
+  v.rows = static_cast<int>(o.integer_or("rows", 0, 0, 64));
+  v.cell = o.quantity_or("cell", 8e-3, "m", Range::between(1e-3, 0.05));
+  v.bearing = o.quantity_or("bearing", 1, "1", Range::between(0.2, 2));
   const bool any_soil = o.choice_or("other_soil", "refuse", {"refuse", "accept"}) == "accept";
   o.finish();
   if (!std::filesystem::is_regular_file(file)) return v;  // noted, or none
@@ -123,17 +147,7 @@ class V2 final : public Terrain {
   };
 
   void do_add_body(const BodySpec& b) override {
-    if (!o_.law)
-      throw TerrainError("sdem.v2 cannot carry body '" + b.name +
-                         "': it has no law; name a file, 'options: {sdem.v2: {law: law.h5}}', made by "
-                         "'grouser sdem fit'");
-    const double r = b.gear.outer_radius();
-    if (std::abs(r - o_.law->radius) > 1e-3 * r) {
-      char text[200];
-      std::snprintf(text, sizeof text, "': its radius is %.6g m, and the law is of a wheel of %.6g m ('", r,
-                    o_.law->radius);
-      throw TerrainError("sdem.v2 cannot carry body '" + b.name + text + o_.law->wheel + "')");
-    }
+    check_carries(o_, b);
     wheels_.emplace_back(o_, wheels_.size());
   }
 
@@ -252,7 +266,11 @@ ModelInfo v2_model() {
       "grains",
       "no side force from grains, no rut of another wheel, one wheel radius and one soil per law, no effect of speed",
       kDefaults,
-      [](const TerrainArgs& a) -> std::unique_ptr<Terrain> { return std::make_unique<V2>(read(a), a.ground); }};
+      [](const TerrainArgs& a) -> std::unique_ptr<Terrain> {
+        const V2Options o = read(a);
+        if (o.rows > 0) return make_v2_field(o, a.ground);
+        return std::make_unique<V2>(o, a.ground);
+      }};
 }
 
 }  // namespace grouser::sdem

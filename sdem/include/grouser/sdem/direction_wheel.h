@@ -15,6 +15,9 @@ struct DirectionSettings {
   double side_friction = 0;  ///< [1] assumed, no part of the fit
   bool memory = true;        ///< D5; false: N = F_L or F_P by the direction of motion (ablation)
   bool pile = true;          ///< soil goes ahead and behind; false: all of it is compacted (ablation)
+  /// Side force/N goes over l_t toward -side_friction dy/D, dy the way aside of the wheel's lowest point, dS of D5: D = dS where this is 0;
+  ///   else  D^2 = dy^2 + (r w - v_t)^2 dt^2 + (side_turn dS)^2:  traction that turns with the sliding                          (D7)
+  double side_turn = 0;
 };
 
 /// Motion of the hub over a step at constant velocity; side: way along the axle.
@@ -52,6 +55,7 @@ class DirectionWheel {
   /// Goes along; `ground` is asked for soil that was not met yet.
   PlaneForce step(const PlaneMotion& m, const Height& ground);
   const Rut& rut() const { return rut_; }
+  Rut& rut() { return rut_; }
   /// Height of the soil less its fresh offset; NaN where nothing is known.
   double surface(double s) const { return rut_.height(s) - law_->at(Coefficient::surface); }
   std::int64_t steps() const { return steps_; }

@@ -23,6 +23,17 @@ class Rut {
   Rut(double column, double radius) : column_(column), radius_(radius) {}
   /// Columns of `height(s)` wherever there are none yet, from a to b.
   void lay(double a, double b, const std::function<double(double)>& height);
+  /// A rut that reads a field which others change too (field_wheel.h): columns of a..b only, at `height` now. What reaches the rim
+  /// of the disc at (s, z), or is within kTouch of it, stays as it is.
+  void renew(double s, double z, double a, double b, const std::function<double(double)>& height);
+  /// As the soil lay before this pass: NaN where no column is.
+  double before(double s) const;
+  /// Both of one column go toward those of soil that comes from the side, by share.
+  void drift(std::size_t i, double before, double now, double share) {
+    before_[i] += share * (before - before_[i]);
+    h_[i] += share * (now - h_[i]);
+  }
+  double compacted(std::size_t i) const { return compacted_[i]; }
   /// Of the disc with hub at (s, z) with the soil as it lay before this pass.
   Overlap overlap(double s, double z) const;
 
@@ -48,6 +59,7 @@ class Rut {
 
  private:
   std::ptrdiff_t index(double s) const;
+  double between(const std::vector<double>& h, double s) const;
   void put(std::ptrdiff_t from, int step, double volume, double length);
   void repose(std::ptrdiff_t from, std::ptrdiff_t to);
 
