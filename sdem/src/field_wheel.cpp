@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kAround = 0.08;  ///< soil ahead of the rim that a row holds [m]: more than a DirectionWheel lays
 constexpr double kSlide = 0.03;   ///< soil around the wheel that may slide [m]
-constexpr double kSweep = 0.1;    ///< cells of way (of the hub or the rim) between two sweeps of it
+constexpr double kSweep = 0.1;    ///< cells of way (of the hub or the rim) over which it does
 
 }  // namespace
 
@@ -44,7 +44,7 @@ FieldForce FieldWheel::step(const Motion& m, const SoilField& field) {
   FieldForce total;
   changes_.clear();
   footprint_ = {m.end.x(), m.end.y(), m.forward.x(), m.forward.y(), 0, 0, 0.5 * width_};
-  way_ += std::max((m.end - m.begin).norm(), std::abs(r * m.spin * m.dt));
+  way_ = std::max((m.end - m.begin).norm(), std::abs(r * m.spin * m.dt));
   const double roll = r * m.roll * m.dt, yaw = m.yaw * m.dt, aside = (m.end - m.begin).dot(m.axis_end);
   // F2, from what was before the step.
   const std::vector<Row> before = rows_;
@@ -131,13 +131,13 @@ FieldForce FieldWheel::step(const Motion& m, const SoilField& field) {
 
 void FieldWheel::change(SoilField& field) {
   for (const SoilField::Change& c : changes_) field.apply(c);
-  if (way_ < kSweep * field.cell()) return;
-  way_ = 0;
+  const double share = 1 - std::exp(-way_ / (kSweep * field.cell()));
+  if (!(share > 0)) return;
   const SoilField::Footprint& f = footprint_;
   const double along = law_->radius + kSlide, across = 0.5 * width_ + kSlide,
                dx = std::abs(f.cos) * along + std::abs(f.sin) * across,
                dy = std::abs(f.sin) * along + std::abs(f.cos) * across;
-  field.repose(f.x - dx, f.y - dy, f.x + dx, f.y + dy, f);
+  field.repose(f.x - dx, f.y - dy, f.x + dx, f.y + dy, f, share);
 }
 
 std::int64_t FieldWheel::steps() const {
@@ -152,7 +152,6 @@ std::int64_t FieldWheel::outside() const {
 }
 
 void FieldWheel::traverse(State& s) {
-  s.field("way", way_);
   for (std::size_t j = 0; j < rows_.size(); ++j) {
     const auto group = s.group("row" + std::to_string(j));
     s.field("s", rows_[j].s);

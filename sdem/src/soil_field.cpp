@@ -111,7 +111,8 @@ bool SoilField::Footprint::holds(double px, double py) const {
   return along > rear && along < front && std::abs(across) < half_width;
 }
 
-void SoilField::repose(double x0, double y0, double x1, double y1, const Footprint& wheel) {
+void SoilField::repose(double x0, double y0, double x1, double y1, const Footprint& wheel,
+                       double share) {
   const auto index = [&](double x) { return static_cast<std::int64_t>(std::floor(x / cell_)); };
   const std::int64_t i0 = index(x0), i1 = index(x1), j0 = index(y0), j1 = index(y1), nj = j1 - j0 + 1,
                      n = (i1 - i0 + 1) * nj;
@@ -133,7 +134,7 @@ void SoilField::repose(double x0, double y0, double x1, double y1, const Footpri
   const auto pair = [&](std::size_t a, std::size_t b, double ax, double ay, double bx, double by) {
     const double step = h[a] - h[b], natural = std::max(most, std::abs(lain[a] - lain[b]));
     if (std::abs(step) <= natural + kNothing || wheel.holds(ax, ay) || wheel.holds(bx, by)) return;
-    const double give = 0.125 * (step - std::copysign(natural, step));
+    const double give = 0.125 * share * (step - std::copysign(natural, step));
     flow[a] -= give;
     flow[b] += give;
   };

@@ -98,7 +98,7 @@ inline ModelInfo with_defaults(ModelInfo m, const std::vector<std::string>& line
 #ifdef GROUSER_SDEM
 /// sdem.v2 with the law of examples/17, given to the wheel and soil asked here: forces those of 115 N in place of 5.4 N, level soil,
 /// without the fluctuation of grains (no symmetry has it) and with friction aside.
-inline ModelInfo with_law(ModelInfo m) {
+inline ModelInfo with_law(ModelInfo m, const std::vector<std::string>& more = {}) {
   sdem::Direction law = sdem::Direction::read(examples() + "/17_surrogate_by_direction/law.h5");
   law.soil = sdem::soil_text(soil().dem);
   law.radius = radius();
@@ -108,7 +108,9 @@ inline ModelInfo with_law(ModelInfo m) {
   law.at(C::surface) = 0;
   const auto file = std::filesystem::temp_directory_path() / ("conformance_law_" + std::to_string(::getpid()) + ".h5");
   law.write(file);
-  return with_defaults(m, {"law: " + file.string(), "grain_noise: 0", "side_friction: 0.5"});
+  std::vector<std::string> lines{"law: " + file.string(), "grain_noise: 0", "side_friction: 0.5"};
+  lines.insert(lines.end(), more.begin(), more.end());
+  return with_defaults(m, lines);
 }
 #endif
 
@@ -121,6 +123,9 @@ inline const Registry& tested_models() {
 #ifdef GROUSER_SDEM
       if (m.id == "sdem.v2") {
         r.add(with_law(m));
+        ModelInfo rows = with_law(m, {"rows: 3", "cell: 4 mm", "side_turn: 0.2"});
+        rows.id += ":rows";
+        r.add(rows);
         continue;
       }
 #endif

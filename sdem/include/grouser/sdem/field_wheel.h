@@ -65,7 +65,7 @@ class FieldWheel {
   std::shared_ptr<const Direction> law_;
   double width_ = 0, strip_ = 0, scale_ = 0;
   int points_ = 1;  ///< across a row
-  double way_ = 0;  ///< since slopes slid [m]
+  double way_ = 0;  ///< of the last step [m]
   std::vector<Row> rows_;
   std::vector<SoilField::Change> changes_;
   SoilField::Footprint footprint_;

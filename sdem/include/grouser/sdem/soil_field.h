@@ -39,9 +39,10 @@ class SoilField {
     double rear = 0, front = 0, half_width = 0;  ///< [m]
     bool holds(double px, double py) const;
   };
-  /// Slopes over repose (31 degrees, or that of the ground as it was) give half of what is too much to their neighbour: one sweep over the
-  /// box; the same whatever the order of the cells.
-  void repose(double x0, double y0, double x1, double y1, const Footprint& wheel);
+  /// Slopes over repose (31 degrees, or that of the ground as it was) give an eighth of what is too much, times share, to their neighbour: one
+  /// sweep over the box; the same whatever the order of the cells.
+  void repose(double x0, double y0, double x1, double y1, const Footprint& wheel,
+              double share = 1);
 
   double cell() const { return cell_; }
   /// Sum of (h + c - ground) cell^2 [m^3] and of c cell^2.
