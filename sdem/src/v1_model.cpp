@@ -5,6 +5,8 @@
 #include "grouser/sdem/slice.h"
 #include "grouser/sdem/v1.h"
 #include "grouser/terrain/wheel_motion.h"
+#include "made_for.h"
+#include "own_way.h"
 
 namespace grouser::sdem {
 
@@ -32,13 +34,14 @@ struct V1Options {
   bool round_wheel = true;
 };
 
+constexpr FileKind kKind{
+    "sdem.v1", "table", "tables", "are", "holds tables of grains", " (grouser sdem info FILE lists it)"};
+
 V1Options read(const TerrainArgs& a) {
   const ConfigNode& o = a.options;
   V1Options v;
   if (!o.present()) return v;
-  const ConfigNode table = o.node("table");
-  const bool named = table.present() && !(table.is_scalar() && table.as_text() == "none");
-  const std::filesystem::path file = named ? o.existing_file("table") : std::filesystem::path();
+  const std::filesystem::path file = named_file(o, kKind);
   v.time_step = o.quantity_or("time_step", v.time_step, "s", {0, 1, true, false});
   v.slice.spacing = o.quantity_or("spacing", v.slice.spacing, "m", {0, 1, true, false});
   v.slice.penetration = o.quantity_or("penetration", v.slice.penetration, "m", Range::between(0, 1));
@@ -59,16 +62,7 @@ V1Options read(const TerrainArgs& a) {
   }
   v.slice.floor = v.datum - v.tables->bed_depth;
   if (v.slice.penetration >= v.tables->radius) o.error_at("penetration", "must be less than the wheel's radius");
-  if (any_soil) return v;
-  const std::string soil = soil_text(a.soil.dem);
-  if (soil.empty())
-    o.error_at("table",
-               "holds tables of grains, and soil '" + a.soil.name +
-                   "' has no section 'dem:' that could be shown to be the same; add it (grouser sdem info FILE "
-                   "lists it) or say 'other_soil: accept'");
-  else if (const std::string d = first_difference(v.tables->soil, soil); !d.empty())
-    o.error_at("table", "is of another soil than '" + a.soil.name + "' (tables | soil file): " + d +
-                            "; name the tables of this soil, or say 'other_soil: accept'");
+  if (!any_soil) check_soil(o, kKind, v.tables->soil, a.soil);
   return v;
 }
 
@@ -99,20 +93,14 @@ class V1 final : public Terrain {
   struct Wheel {
     explicit Wheel(const V1Options& o) : slice(o.tables, o.slice) {}
     Slice slice;
-    double s = 0;                  ///< hub along its way [m]
-    double force_z = 0;            ///< last upward force [N]
-    double ahead = 0;              ///< velocity inside less the mean one told to the host [m/s]
-    Vec3 hub = Vec3::Zero();       ///< [m, W] at the last step's end
-    Vec3 forward = Vec3::UnitX();  ///< there
-    bool placed = false;
+    OwnWay way;
+    double force_z = 0;              ///< last upward force [N]
+    double ahead = 0;                ///< velocity inside less the mean one told to the host [m/s]
     double spent = 0, external = 0;  ///< [J] of the last step
     void traverse(State& state) {
-      state.field("s", s);
+      way.traverse(state);
       state.field("force_z", force_z);
       state.field("ahead", ahead);
-      state.field("hub", hub);
-      state.field("forward", forward);
-      state.field("placed", placed);
       slice.traverse(state);
     }
   };
@@ -122,13 +110,7 @@ class V1 final : public Terrain {
       throw TerrainError("sdem.v1 cannot carry body '" + b.name +
                          "': it has no tables; name a file, 'options: {sdem.v1: {table: tables.h5}}', made by "
                          "'grouser sdem build'");
-    const double r = b.gear.outer_radius();
-    if (std::abs(r - o_.tables->radius) > 1e-3 * r) {
-      char text[200];
-      std::snprintf(text, sizeof text, "': its radius is %.6g m, and the tables are of a wheel of %.6g m ('", r,
-                    o_.tables->radius);
-      throw TerrainError("sdem.v1 cannot carry body '" + b.name + text + o_.tables->wheel + "')");
-    }
+    check_wheel(kKind, b, o_.tables->radius, o_.tables->wheel);
     wheels_.emplace_back(o_);
   }
 
@@ -152,18 +134,12 @@ class V1 final : public Terrain {
     const double r = o_.tables->radius, width = body.gear.width();
     const WheelMotion m = wheel_motion(body, motion, r, width);
     const Vec3 begin = (motion.X_WB_begin * body.X_BG).p, end = m.pose.hub_W, forward = m.carrier.col(0);
-    // A wheel that was put elsewhere meets fresh soil.
-    if (!w.placed || (begin - w.hub).norm() > 0.1 * r) {
+    if (w.way.fresh(begin, r)) {
       w = Wheel(o_);
-      w.placed = true;
+      w.way.placed = true;
     }
-    const double from = w.s, to = from + (end - begin).dot(forward);
-    w.s = to;
-    w.hub = end;
-    w.forward = forward;
-    w.slice.lay(to, [&](double s) {
-      return ground().height(end.x() + (s - to) * forward.x(), end.y() + (s - to) * forward.y());
-    });
+    const double from = w.way.go(begin, end, forward), to = w.way.s;
+    w.slice.lay(to, [&](double s) { return w.way.ground(ground(), s); });
 
     WheelState x{to, end.z(), m.V.v.dot(forward), m.V.v.z(), m.spin};
     const double mass = motion.hub ? motion.hub->mass : 0, other = motion.hub ? motion.hub->non_soil.f.z() : 0;
@@ -230,16 +206,9 @@ class V1 final : public Terrain {
     SurfaceSample s = Terrain::do_surface(x, y);
     for (std::size_t k = 0; k < wheels_.size(); ++k) {
       const Wheel& w = wheels_[k];
-      if (!w.placed) continue;
-      const Vec2 d(x - w.hub.x(), y - w.hub.y());
-      const double along = d.x() * w.forward.x() + d.y() * w.forward.y(),
-                   across = d.y() * w.forward.x() - d.x() * w.forward.y();
+      const auto along = w.way.ahead_of_hub(x, y, bodies()[k].gear.width());
       // Further off the wheel may have come another way.
-      if (std::abs(across) > 0.5 * bodies()[k].gear.width() || std::abs(along) > 4 * o_.tables->radius) continue;
-      const double h = w.slice.height(w.s + along);
-      if (!std::isfinite(h)) continue;
-      s.sinkage += s.height - h;
-      s.height = h;
+      if (along && std::abs(*along) <= 4 * o_.tables->radius) lay_over(s, w.slice.height(w.way.s + *along));
     }
     return s;
   }

@@ -8,6 +8,8 @@
 #include "grouser/sdem/v2.h"
 #include "grouser/terrain/recorder.h"
 #include "grouser/terrain/wheel_motion.h"
+#include "made_for.h"
+#include "own_way.h"
 #include "v2_field.h"
 
 namespace grouser::sdem {
@@ -31,6 +33,8 @@ other_soil: refuse       # grains of the soil file that are not those of the law
 
 using V2Options = FieldSettings;
 
+constexpr FileKind kKind{"sdem.v2", "law", "law", "is", "is of grains", ""};
+
 }  // namespace
 
 void check_carries(const FieldSettings& o, const BodySpec& b) {
@@ -38,24 +42,17 @@ void check_carries(const FieldSettings& o, const BodySpec& b) {
     throw TerrainError("sdem.v2 cannot carry body '" + b.name +
                        "': it has no law; name a file, 'options: {sdem.v2: {law: law.h5}}', made by "
                        "'grouser sdem fit'");
-  const double r = b.gear.outer_radius();
-  if (std::abs(r - o.law->radius) > 1e-3 * r) {
-    char text[200];
-    std::snprintf(text, sizeof text, "': its radius is %.6g m, and the law is of a wheel of %.6g m ('", r,
-                  o.law->radius);
-    throw TerrainError("sdem.v2 cannot carry body '" + b.name + text + o.law->wheel + "')");
-  }
+  check_wheel(kKind, b, o.law->radius, o.law->wheel);
 }
 
 namespace {
+
 
 V2Options read(const TerrainArgs& a) {
   const ConfigNode& o = a.options;
   V2Options v;
   if (!o.present()) return v;
-  const ConfigNode law = o.node("law");
-  const bool named = law.present() && !(law.is_scalar() && law.as_text() == "none");
-  const std::filesystem::path file = named ? o.existing_file("law") : std::filesystem::path();
+  const std::filesystem::path file = named_file(o, kKind);
   v.wheel.grain_noise = o.quantity_or("grain_noise", 1, "1", Range::between(0, 10));
   v.wheel.seed = static_cast<std::uint64_t>(o.integer_or("seed", 1, 0, 1000000));
   v.wheel.side_friction = o.quantity_or("side_friction", 0, "1", Range::between(0, 2));
@@ -74,15 +71,7 @@ V2Options read(const TerrainArgs& a) {
     o.error_at("law", e.what());
     return v;
   }
-  if (any_soil) return v;
-  const std::string soil = soil_text(a.soil.dem);
-  if (soil.empty())
-    o.error_at("law", "is of grains, and soil '" + a.soil.name +
-                          "' has no section 'dem:' that could be shown to be the same; add it or say "
-                          "'other_soil: accept'");
-  else if (const std::string d = first_difference(v.law->soil, soil); !d.empty())
-    o.error_at("law", "is of another soil than '" + a.soil.name + "' (law | soil file): " + d +
-                          "; name the law of this soil, or say 'other_soil: accept'");
+  if (!any_soil) check_soil(o, kKind, v.law->soil, a.soil);
   return v;
 }
 
@@ -128,17 +117,11 @@ class V2 final : public Terrain {
       return s;
     }
     DirectionWheel plane;
-    double s = 0;                  ///< hub along its way [m]
-    Vec3 hub = Vec3::Zero();       ///< [m, W] at the last step's end
-    Vec3 forward = Vec3::UnitX();  ///< there
-    bool placed = false;
+    OwnWay way;
     double normal = 0, depth = 0, stored = 0;
     double spent = 0, integration = 0;  ///< [J] of the last step
     void traverse(State& state) {
-      state.field("s", s);
-      state.field("hub", hub);
-      state.field("forward", forward);
-      state.field("placed", placed);
+      way.traverse(state);
       state.field("normal", normal);
       state.field("depth", depth);
       state.field("stored", stored);
@@ -172,21 +155,16 @@ class V2 final : public Terrain {
     const WheelMotion m = wheel_motion(body, motion, r, body.gear.width());
     const Vec3 begin = (motion.X_WB_begin * body.X_BG).p, end = m.pose.hub_W, axis = m.carrier.col(1);
     const Vec3 forward = m.carrier.col(0);
-    // A wheel that was put elsewhere meets fresh soil.
-    if (!w.placed || (begin - w.hub).norm() > 0.1 * r) {
+    if (w.way.fresh(begin, r)) {
       const double released = w.stored;
       w = Wheel(o_, k);
-      w.placed = true;
+      w.way.placed = true;
       w.stored = released;
     }
     const double stored = w.stored;
-    const double from = w.s, to = from + (end - begin).dot(forward);
-    w.s = to;
-    w.hub = end;
-    w.forward = forward;
-    const PlaneForce f = w.plane.step(
-        {from, begin.z(), to, end.z(), r * m.spin * c.dt, (end - begin).dot(axis), c.dt},
-        [&](double s) { return ground().height(end.x() + (s - to) * forward.x(), end.y() + (s - to) * forward.y()); });
+    const double from = w.way.go(begin, end, forward), to = w.way.s;
+    const PlaneForce f = w.plane.step({from, begin.z(), to, end.z(), r * m.spin * c.dt, (end - begin).dot(axis), c.dt},
+                                      [&](double s) { return w.way.ground(ground(), s); });
     w.normal = scale * f.normal;
     w.depth = f.depth;
     w.stored = scale * f.stored;
@@ -232,15 +210,8 @@ class V2 final : public Terrain {
     SurfaceSample s = Terrain::do_surface(x, y);
     for (std::size_t k = 0; k < wheels_.size(); ++k) {
       const Wheel& w = wheels_[k];
-      if (!w.placed) continue;
-      const Vec2 d(x - w.hub.x(), y - w.hub.y());
-      const double along = d.x() * w.forward.x() + d.y() * w.forward.y(),
-                   across = d.y() * w.forward.x() - d.x() * w.forward.y();
-      if (std::abs(across) > 0.5 * bodies()[k].gear.width()) continue;
-      const double h = w.plane.surface(w.s + along);
-      if (!std::isfinite(h)) continue;
-      s.sinkage += s.height - h;
-      s.height = h;
+      if (const auto along = w.way.ahead_of_hub(x, y, bodies()[k].gear.width()))
+        lay_over(s, w.plane.surface(w.way.s + *along));
     }
     return s;
   }
