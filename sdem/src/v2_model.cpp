@@ -235,7 +235,7 @@ ModelInfo v2_model() {
       "surrogate of grains by direction of motion: forces fitted to runs of grains, elastic memory, soil that is kept",
       "drawbar pull, torque and sinkage of smooth wheels in the plane on any profile, thousands of times faster than "
       "grains",
-      "no side force from grains, no rut of another wheel, one wheel radius and one soil per law, no effect of speed",
+      "one wheel radius and one soil per law, no effect of speed; without rows no side force and no rut of another wheel",
       kDefaults,
       [](const TerrainArgs& a) -> std::unique_ptr<Terrain> {
         const V2Options o = read(a);
