@@ -10,6 +10,7 @@ namespace {
 constexpr double kPiece = 1e-3;   ///< [m] of the way in a piece of a step
 constexpr double kLong = 4;       ///< the noise of ln F_L is so many times longer than that of mu and tau
 constexpr double kAround = 0.07;  ///< soil laid ahead of the rim [m]
+constexpr double kTurned = 0.15;  ///< of mu and tau
 
 // Grains that rest lose what shakes them: a small share of the friction follows the sign of velocity at once, smoothed over kStill, and the
 // slow part (D6) is larger by as much, so that on the way their sum is mu, tau. Without it a parked wheel swings and walks.
@@ -93,8 +94,13 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
       x1 = a * noise(0, s / kLong) + settings_.grain_noise * settings_.grain_noise * law.grain_shift;
       const double e = noise(1, s);
       const double wide = settings_.grain_noise * law.grain_share(law.b_of(std::abs(dt), dt >= 0 ? rim : -rim));
-      x2 = wide * law.grain[1] * e;
-      x3 = wide * law.grain[2] * (j * e + std::sqrt(std::max(0.0, 1 - j * j)) * noise(2, s));
+      // Friction that single grains turn round would push a wheel on: at most kTurned beyond none.
+      const auto within = [](double x, double mean) {
+        const double most = std::abs(mean) + kTurned;
+        return std::clamp(x, -most, most);
+      };
+      x2 = within(wide * law.grain[1] * e, level.mu);
+      x3 = within(wide * law.grain[2] * (j * e + std::sqrt(std::max(0.0, 1 - j * j)) * noise(2, s)), level.tau);
       level.force *= std::exp(x1);
       level.mu += x2;
       level.tau += x3;
