@@ -94,6 +94,7 @@ struct Variant {
   const char* tables = "";
   double floor = 0;  // [m] added to its height
   bool local = false;
+  double step = kTimeStep;  // [s]
 };
 
 void row(const std::map<std::string, TablesPtr>& all, bool rough, double slip, double load, const Variant& how) {
@@ -103,7 +104,7 @@ void row(const std::map<std::string, TablesPtr>& all, bool rough, double slip, d
   c.spin = spin;
   c.mass = mass;
   c.width = width;
-  c.time_step = kTimeStep;
+  c.time_step = how.step;
   c.gravity = 9.81 * load;  // the mass stays, so the carrier's gain means the same
   c.slice.dead_band = how.band;
   c.slice.gate = how.gate;
@@ -177,7 +178,8 @@ int main(int argc, char** argv) {
               Variant{"no_gate", 0.05, false}, Variant{"no_ramp", 0.05, true, "no_ramp"},
               Variant{"known_pressure", 0.05, true, "known_pressure"}, Variant{"known_soil", 0.05, true, "known_soil"},
               Variant{"still_soil", 0.05, true, "still_soil"}, Variant{"floor_2mm_up", 0.05, true, "", 2e-3},
-              Variant{"floor_2mm_down", 0.05, true, "", -2e-3}})
+              Variant{"floor_2mm_down", 0.05, true, "", -2e-3},
+              Variant{"published_step", 0.05, true, "", 0, false, 7e-4}})
           row(all, rough, slip, 1, v);
         if (rough) row(all, rough, slip, 1, {"local_height", 0.05, true, "", 0, true});
       }
