@@ -127,29 +127,19 @@ Trace drive(const Way& w, const Ground& ground, const std::shared_ptr<const Dire
     out.b.push_back(f.b);
     out.depth.push_back(f.depth);
     out.tilt.push_back(f.tilt);
-    double behind = std::nan(""), ahead = behind;
-    if (std::isfinite(w.behind[i])) {
+    const auto change = [&](double asked, double from, double to) {
+      if (!std::isfinite(asked)) return std::nan("");
       double sum = 0;
       int count = 0;
-      for (double d = kBehindFrom; d < kBehindTo; d += 3e-3)
+      for (double d = from; d < to; d += 3e-3)
         if (const double a = wheel.surface(x + d) - height(x + d); std::isfinite(a)) {
           sum += a;
           ++count;
         }
-      if (count > 0) behind = sum / count;
-    }
-    if (std::isfinite(w.ahead[i])) {
-      double sum = 0;
-      int count = 0;
-      for (double d = kAheadFrom; d < kAheadTo; d += 3e-3)
-        if (const double a = wheel.surface(x + d) - height(x + d); std::isfinite(a)) {
-          sum += a;
-          ++count;
-        }
-      if (count > 0) ahead = sum / count;
-    }
-    out.behind.push_back(behind);
-    out.ahead.push_back(ahead);
+      return count > 0 ? sum / count : std::nan("");
+    };
+    out.behind.push_back(change(w.behind[i], kBehindFrom, kBehindTo));
+    out.ahead.push_back(change(w.ahead[i], kAheadFrom, kAheadTo));
   }
   out.wheel = kept;
   return out;
