@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace grouser::sdem {
 
@@ -9,7 +10,6 @@ namespace {
 
 constexpr double kPiece = 1e-3;   ///< [m] of the way in a piece of a step
 constexpr double kLong = 4;       ///< the noise of ln F_L is so many times longer than that of mu and tau
-constexpr double kAround = 0.07;  ///< soil laid ahead of the rim [m]
 constexpr double kTurned = 0.15;  ///< of mu and tau
 
 // Grains that rest lose what shakes them: a small share of the friction follows the sign of velocity at once, smoothed over kStill, and the
@@ -58,8 +58,8 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
   const double r = law.radius, k = std::exp(law.at(C::ln_k)), l = std::exp(law.at(C::ln_l)),
                lt = std::exp(law.at(C::ln_lt)), top = law.at(C::surface);
   const double ds = m.s1 - m.s0, dz = m.z1 - m.z0;
-  rut_.lay(std::min(m.s0, m.s1) - r - kAround, std::max(m.s0, m.s1) + r + kAround,
-           [&](double s) { return ground(s) + top; });
+  const auto tops = [&](double s) { return ground(s) + top; };
+  rut_.lay(std::min(m.s0, m.s1) - r - settings_.around, std::max(m.s0, m.s1) + r + settings_.around, std::ref(tops));
   const int pieces = std::clamp(static_cast<int>(std::ceil(std::max(std::abs(ds), std::abs(dz)) / kPiece)), 1, 1000);
   const double dx = ds / pieces, dh = dz / pieces, rim = m.rim / pieces, side = m.side / pieces;
   // Displacements of a piece over kStill times its time.

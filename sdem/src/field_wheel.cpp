@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace grouser::sdem {
 
 namespace {
 
-constexpr double kAround = 0.08;  ///< soil ahead of the rim that a row holds [m]: more than a DirectionWheel lays
+constexpr double kAround = 0.03;  ///< soil ahead of the rim that a row asks for [m]: a pile begins at the contact, which ends before the rim does
+constexpr double kMore = 0.01;    ///< and holds beyond [m], so that its wheel finds nothing missing
 constexpr double kSlide = 0.03;   ///< soil around the wheel that may slide [m]
 constexpr double kSweep = 0.1;    ///< cells of way (of the hub or the rim) over which it does
 
@@ -20,21 +22,23 @@ FieldWheel::FieldWheel(const FieldSettings& s, std::shared_ptr<const Direction> 
       scale_(s.bearing * strip_ / law_->width),
       points_(std::max(1, static_cast<int>(std::ceil(strip_ / s.cell - 1e-9)))) {
   DirectionSettings settings = s.wheel;
+  settings.around = kAround;
   settings.seed = seed;  // of all rows: the noise is that of a slab of many grains
   for (int j = 0; j < s.rows; ++j)
     rows_.push_back({DirectionWheel(law_, settings), (j + 0.5) * strip_ - 0.5 * width, 0});
 }
 
-double FieldWheel::reach() const { return std::hypot(law_->radius + kAround + 0.02, 0.5 * width_ + strip_) + kSlide; }
+double FieldWheel::reach() const { return std::hypot(law_->radius + kAround + kMore + 0.02, 0.5 * width_ + strip_) + kSlide; }
 
 /// Mean height over the width of a row with that middle, `along` ahead of the hub.
-double FieldWheel::around(double middle, const Vec3& hub, const Motion& m, double along, const SoilField& field) const {
+double FieldWheel::around(double middle, const Vec3& hub, const Motion& m, double along, const SoilField& field,
+                          SoilField::Near& near) const {
   double sum = 0;
   for (int k = 0; k < points_; ++k) {
     const double y = middle + ((k + 0.5) / points_ - 0.5) * strip_;
     // Across: level and square to the heading.
     sum += field.height(hub.x() + along * m.forward.x() - y * m.forward.y(),
-                        hub.y() + along * m.forward.y() + y * m.forward.x());
+                        hub.y() + along * m.forward.y() + y * m.forward.x(), near);
   }
   return sum / points_;
 }
@@ -47,22 +51,25 @@ FieldForce FieldWheel::step(const Motion& m, const SoilField& field) {
   way_ = std::max((m.end - m.begin).norm(), std::abs(r * m.spin * m.dt));
   const double roll = r * m.roll * m.dt, yaw = m.yaw * m.dt, aside = (m.end - m.begin).dot(m.axis_end);
   // F2, from what was before the step.
-  const std::vector<Row> before = rows_;
+  before_.resize(rows_.size(), rows_.front().plane.rut());
+  for (std::size_t j = 0; j < rows_.size(); ++j) before_[j] = rows_[j].plane.rut();
   const int n = static_cast<int>(rows_.size());
+  SoilField::Near near;
   for (int j = 0; j < n; ++j) {
     Rut& rut = rows_[static_cast<std::size_t>(j)].plane.rut();
-    const Row& row = before[static_cast<std::size_t>(j)];
+    const Row& row = rows_[static_cast<std::size_t>(j)];
     for (std::size_t i = 0; i < rut.size(); ++i) {
       const double d = rut.place(i) - row.s, way = aside + yaw * d;
       if (way == 0 || std::abs(d) >= r) continue;
       const int from = j + (way > 0 ? 1 : -1);
       double met, now;
       if (from >= 0 && from < n) {
-        const Row& beside = before[static_cast<std::size_t>(from)];
-        met = beside.plane.rut().before(beside.s + d);
-        now = beside.plane.rut().height(beside.s + d);
+        const Rut& beside = before_[static_cast<std::size_t>(from)];
+        const double there = rows_[static_cast<std::size_t>(from)].s + d;
+        met = beside.before(there);
+        now = beside.height(there);
       } else {
-        met = now = around(row.y + (way > 0 ? strip_ : -strip_), m.begin, m, d, field) + top;
+        met = now = around(row.y + (way > 0 ? strip_ : -strip_), m.begin, m, d, field, near) + top;
       }
       if (std::isfinite(met)) rut.drift(i, met, now, std::min(1.0, std::abs(way) / strip_));
     }
@@ -72,15 +79,17 @@ FieldForce FieldWheel::step(const Motion& m, const SoilField& field) {
     const double s0 = row.s;
     row.s += way.dot(m.forward);
     Rut& rut = row.plane.rut();
-    rut.renew(row.s, to.z(), std::min(s0, row.s) - r - kAround, std::max(s0, row.s) + r + kAround,
-              [&](double s) { return around(row.y, m.end, m, s - row.s, field) + top; });
-    std::vector<double> was(rut.size());
-    for (std::size_t i = 0; i < was.size(); ++i) was[i] = rut.h(i);
-    const PlaneForce f = row.plane.step({s0, from.z(), row.s, to.z(), r * m.spin * m.dt, aside + roll, m.dt},
-                                        [&](double s) { return around(row.y, m.end, m, s - row.s, field); });
-    for (std::size_t i = 0; i < was.size(); ++i) {
-      const double raised = (rut.h(i) - was[i]) * rut.column() * strip_ / points_,
-                   compacted = rut.compacted(i) * rut.column() * strip_ / points_;
+    const auto lies = [&](double s) { return around(row.y, m.end, m, s - row.s, field, near); };
+    const auto tops = [&](double s) { return lies(s) + top; };
+    // std::ref: a std::function of the lambda itself would be allocated.
+    rut.renew(row.s, to.z(), std::min(s0, row.s) - r - kAround - kMore, std::max(s0, row.s) + r + kAround + kMore, std::ref(tops));
+    was_.resize(rut.size());
+    for (std::size_t i = 0; i < was_.size(); ++i) was_[i] = rut.h(i);
+    const PlaneForce f =
+        row.plane.step({s0, from.z(), row.s, to.z(), r * m.spin * m.dt, aside + roll, m.dt}, std::ref(lies));
+    const double area = rut.column() * strip_ / points_;
+    for (std::size_t i = 0; i < was_.size(); ++i) {
+      const double raised = (rut.h(i) - was_[i]) * area, compacted = rut.compacted(i) * area;
       if (raised == 0 && compacted == 0) continue;
       const double along = rut.place(i) - row.s;
       for (int k = 0; k < points_; ++k) {

@@ -198,11 +198,13 @@ void Rut::renew(double s, double z, double a, double b, const std::function<doub
   const auto lo = static_cast<std::int64_t>(std::floor(a / column_)),
              hi = static_cast<std::int64_t>(std::floor(b / column_));
   const auto old = base_;
-  const std::vector<double> before = std::move(before_), old_h = std::move(h_);
+  before_.swap(spare_before_);
+  h_.swap(spare_h_);
+  const std::vector<double>&before = spare_before_, &old_h = spare_h_;
   base_ = lo;
   const auto n = static_cast<std::size_t>(hi - lo + 1);
-  h_.assign(n, 0);
-  before_.assign(n, 0);
+  h_.resize(n);
+  before_.resize(n);
   compacted_.assign(n, 0);
   for (std::size_t i = 0; i < n; ++i) {
     const double d = place(i) - s, now = height(place(i));

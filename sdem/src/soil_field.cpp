@@ -11,6 +11,12 @@ namespace {
 constexpr double kRepose = 0.6;     ///< steepest slope, 31 degrees
 constexpr double kNothing = 1e-12;  ///< [m] too little to be soil that slides
 
+/// floor, without a call.
+std::int64_t below(double u) {
+  const auto i = static_cast<std::int64_t>(u);
+  return i - (u < static_cast<double>(i));
+}
+
 }  // namespace
 
 std::size_t SoilField::at(std::int64_t i, std::int64_t j) {
@@ -70,14 +76,20 @@ double SoilField::cell_height(std::int64_t i, std::int64_t j) const {
   return ground_->height((static_cast<double>(i) + 0.5) * cell_, (static_cast<double>(j) + 0.5) * cell_);
 }
 
-double SoilField::height(double x, double y) const {
-  const double u = x / cell_ - 0.5, v = y / cell_ - 0.5, fu = std::floor(u), fv = std::floor(v), a = u - fu, b = v - fv;
-  const auto i = static_cast<std::int64_t>(fu), j = static_cast<std::int64_t>(fv);
+double SoilField::height(double x, double y, Near& near) const {
+  const double u = x * per_cell_ - 0.5, v = y * per_cell_ - 0.5;
+  const std::int64_t i = below(u), j = below(v);
+  const double a = u - static_cast<double>(i), b = v - static_cast<double>(j);
   // All four cells in one tile: one look-up.
   const std::int64_t li = i & (kSide - 1), lj = j & (kSide - 1);
   if (li + 1 < kSide && lj + 1 < kSide) {
-    if (const Tile* t = find(i, j)) {
-      const double* h = t->h.data() + li * kSide + lj;
+    if (!near.tile || i >> kBits != near.i || j >> kBits != near.j) {
+      near.tile = find(i, j);
+      near.i = i >> kBits;
+      near.j = j >> kBits;
+    }
+    if (near.tile) {
+      const double* h = near.tile->h.data() + li * kSide + lj;
       return (1 - a) * ((1 - b) * h[0] + b * h[1]) + a * ((1 - b) * h[kSide] + b * h[kSide + 1]);
     }
   }
@@ -86,22 +98,23 @@ double SoilField::height(double x, double y) const {
 }
 
 bool SoilField::has(double x, double y) const {
-  return find(static_cast<std::int64_t>(std::floor(x / cell_)), static_cast<std::int64_t>(std::floor(y / cell_)));
+  return find(below(x / cell_), below(y / cell_));
 }
 
 void SoilField::apply(const Change& c) {
-  const double u = c.x / cell_ - 0.5, v = c.y / cell_ - 0.5, fu = std::floor(u), fv = std::floor(v), a = u - fu,
-               b = v - fv, area = cell_ * cell_;
-  const auto i = static_cast<std::int64_t>(fu), j = static_cast<std::int64_t>(fv);
+  const double u = c.x * per_cell_ - 0.5, v = c.y * per_cell_ - 0.5, per_area = per_cell_ * per_cell_;
+  const std::int64_t i = below(u), j = below(v);
+  const double a = u - static_cast<double>(i), b = v - static_cast<double>(j);
   const std::array<double, 4> share{(1 - a) * (1 - b), (1 - a) * b, a * (1 - b), a * b};
   const bool one = (i & (kSide - 1)) + 1 < kSide && (j & (kSide - 1)) + 1 < kSide;
+  const double raised = c.raised * per_area, compacted = c.compacted * per_area;
   Tile* t = find(i, j);
   for (int k = 0; k < 4; ++k) {
     if (k > 0 && !one) t = find(i + k / 2, j + k % 2);
     if (!t) throw TerrainError("sdem.v2: soil was moved to where no cells were laid");
     const std::size_t n = at(i + k / 2, j + k % 2);
-    t->h[n] += share[static_cast<std::size_t>(k)] * c.raised / area;
-    t->c[n] += share[static_cast<std::size_t>(k)] * c.compacted / area;
+    t->h[n] += share[static_cast<std::size_t>(k)] * raised;
+    t->c[n] += share[static_cast<std::size_t>(k)] * compacted;
     t->changed[n] = 1;
   }
 }
@@ -113,45 +126,69 @@ bool SoilField::Footprint::holds(double px, double py) const {
 
 void SoilField::repose(double x0, double y0, double x1, double y1, const Footprint& wheel,
                        double share) {
-  const auto index = [&](double x) { return static_cast<std::int64_t>(std::floor(x / cell_)); };
-  const std::int64_t i0 = index(x0), i1 = index(x1), j0 = index(y0), j1 = index(y1), nj = j1 - j0 + 1,
-                     n = (i1 - i0 + 1) * nj;
-  if (n <= 0) return;
-  std::vector<double> h(static_cast<std::size_t>(n)), lain(h.size()), flow(h.size(), 0.0);
+  const std::int64_t i0 = below(x0 / cell_), i1 = below(x1 / cell_), j0 = below(y0 / cell_), j1 = below(y1 / cell_),
+                     nj = j1 - j0 + 1;
+  if (i1 < i0 || nj <= 0) return;
+  const auto line = static_cast<std::size_t>(nj), n = static_cast<std::size_t>(i1 - i0 + 1) * line;
+  std::vector<double>&h = box_.h, &lain = box_.lain, &down = box_.down, &right = box_.right;
+  h.resize(n);
+  lain.resize(n);
+  // Cells of a line of the box that lie in one tile lie behind each other. False where no cells were laid.
+  const auto pieces = [&](const auto& each) {
+    for (std::int64_t i = i0; i <= i1; ++i)
+      for (std::int64_t j = j0; j <= j1;) {
+        const std::int64_t end = std::min(j1 + 1, (j | (kSide - 1)) + 1);
+        Tile* t = find(i, j);
+        if (!t) return false;
+        each(*t, at(i, j), static_cast<std::size_t>((i - i0) * nj + j - j0), static_cast<std::size_t>(end - j));
+        j = end;
+      }
+    return true;
+  };
   bool any = false;
-  for (std::int64_t i = i0; i <= i1; ++i)
-    for (std::int64_t j = j0; j <= j1; ++j) {
-      const Tile* t = find(i, j);
-      if (!t) return;
-      const auto k = static_cast<std::size_t>((i - i0) * nj + j - j0);
-      h[k] = t->h[at(i, j)];
-      lain[k] = t->lain[at(i, j)];
-      any |= h[k] != lain[k];
-    }
+  if (!pieces([&](const Tile& t, std::size_t from, std::size_t to, std::size_t many) {
+        for (std::size_t k = 0; k < many; ++k) {
+          h[to + k] = t.h[from + k];
+          lain[to + k] = t.lain[from + k];
+          any |= h[to + k] != lain[to + k];
+        }
+      }))
+    return;
   if (!any) return;
   const double most = kRepose * cell_;
-  // Flows from heights as they were, so that left and right are the same; a cell has four neighbours: an eighth each.
-  const auto pair = [&](std::size_t a, std::size_t b, double ax, double ay, double bx, double by) {
-    const double step = h[a] - h[b], natural = std::max(most, std::abs(lain[a] - lain[b]));
-    if (std::abs(step) <= natural + kNothing || wheel.holds(ax, ay) || wheel.holds(bx, by)) return;
-    const double give = 0.125 * share * (step - std::copysign(natural, step));
-    flow[a] -= give;
-    flow[b] += give;
-  };
-  for (std::int64_t i = i0; i <= i1; ++i)
-    for (std::int64_t j = j0; j <= j1; ++j) {
-      const auto k = static_cast<std::size_t>((i - i0) * nj + j - j0);
-      const double x = (static_cast<double>(i) + 0.5) * cell_, y = (static_cast<double>(j) + 0.5) * cell_;
-      if (i < i1) pair(k, k + static_cast<std::size_t>(nj), x, y, x + cell_, y);
-      if (j < j1) pair(k, k + 1, x, y, x, y + cell_);
+  down.assign(n, 0);
+  right.assign(n, 0);
+  any = false;
+  // What each cell of a line gives to that `beside` it, from heights as they were: left and right are the same. A cell has four neighbours:
+  // an eighth each.
+  const auto flows = [&](std::size_t from, std::size_t many, std::size_t beside, double dx, double dy, std::vector<double>& flow) {
+    int steep = 0;  // most lines have none
+    for (std::size_t k = from; k < from + many; ++k)
+      steep |= std::abs(h[k] - h[k + beside]) > std::max(most, std::abs(lain[k] - lain[k + beside])) + kNothing;
+    if (!steep) return;
+    for (std::size_t k = from; k < from + many; ++k) {
+      const double step = h[k] - h[k + beside], natural = std::max(most, std::abs(lain[k] - lain[k + beside]));
+      if (std::abs(step) <= natural + kNothing) continue;
+      const double x = (static_cast<double>(i0 + static_cast<std::int64_t>(k / line)) + 0.5) * cell_,
+                   y = (static_cast<double>(j0 + static_cast<std::int64_t>(k % line)) + 0.5) * cell_;
+      if (wheel.holds(x, y) || wheel.holds(x + dx, y + dy)) continue;
+      flow[k] = 0.125 * share * (step - std::copysign(natural, step));
+      any = true;
     }
-  for (std::int64_t i = i0; i <= i1; ++i)
-    for (std::int64_t j = j0; j <= j1; ++j)
-      if (const double f = flow[static_cast<std::size_t>((i - i0) * nj + j - j0)]; f != 0) {
-        Tile* t = find(i, j);
-        t->h[at(i, j)] += f;
-        t->changed[at(i, j)] = 1;
-      }
+  };
+  for (std::size_t k = 0; k < n; k += line) {
+    if (k + line < n) flows(k, line, line, cell_, 0, down);
+    flows(k, line - 1, 1, 0, cell_, right);
+  }
+  if (!any) return;
+  pieces([&](Tile& t, std::size_t to, std::size_t from, std::size_t many) {
+    for (std::size_t k = from; k < from + many; ++k) {
+      const double f = ((k >= line ? down[k - line] : 0) - down[k]) + ((k % line ? right[k - 1] : 0) - right[k]);
+      if (f == 0) continue;
+      t.h[to + k - from] += f;
+      t.changed[to + k - from] = 1;
+    }
+  });
 }
 
 double SoilField::added_volume() const {

@@ -18,6 +18,7 @@ struct DirectionSettings {
   /// Side force/N goes over l_t toward -side_friction dy/D, dy the way aside of the wheel's lowest point, dS of D5: D = dS where this is 0;
   ///   else  D^2 = dy^2 + (r w - v_t)^2 dt^2 + (side_turn dS)^2:  traction that turns with the sliding                          (D7)
   double side_turn = 0;
+  double around = 0.07;  ///< soil ahead of and behind the rim that is laid [m]
 };
 
 /// Motion of the hub over a step at constant velocity; side: way along the axle.

@@ -60,7 +60,7 @@ class FieldWheel {
     double y = 0;  ///< along the axle [m]
     double s = 0;  ///< hub along its way [m]
   };
-  double around(double middle, const Vec3& hub, const Motion& m, double along, const SoilField& field) const;
+  double around(double middle, const Vec3& hub, const Motion& m, double along, const SoilField& field, SoilField::Near& near) const;
 
   std::shared_ptr<const Direction> law_;
   double width_ = 0, strip_ = 0, scale_ = 0;
@@ -68,6 +68,8 @@ class FieldWheel {
   double way_ = 0;  ///< of the last step [m]
   std::vector<Row> rows_;
   std::vector<SoilField::Change> changes_;
+  std::vector<Rut> before_;  ///< of the rows, at the beginning of the step
+  std::vector<double> was_;  ///< heights of a row before its wheel
   SoilField::Footprint footprint_;
 };
 

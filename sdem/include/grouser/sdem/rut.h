@@ -66,6 +66,7 @@ class Rut {
   double column_, radius_;
   std::int64_t base_ = 0;
   std::vector<double> h_, before_, compacted_;
+  std::vector<double> spare_h_, spare_before_;  // of renew
 };
 
 }  // namespace grouser::sdem

@@ -14,16 +14,28 @@
 namespace grouser::sdem {
 
 class SoilField {
+  struct Tile;
+
  public:
   /// cell: side of a cell [m] > 0.
-  SoilField(GroundPtr ground, double cell) : ground_(std::move(ground)), cell_(cell) {}
+  SoilField(GroundPtr ground, double cell) : ground_(std::move(ground)), cell_(cell), per_cell_(1 / cell) {}
   SoilField(const SoilField&) = delete;
   SoilField& operator=(const SoilField&) = delete;
 
   /// Cells wherever there are none yet within the box. Not while others read.
   void lay(double x0, double y0, double x1, double y1);
+  /// The tile of the last look-up: the next one is most often in it.
+  class Near {
+    friend class SoilField;
+    const Tile* tile = nullptr;
+    std::int64_t i = 0, j = 0;
+  };
   /// Height now [m], bilinear between the cells' middles; of the ground where there are no cells.
-  double height(double x, double y) const;
+  double height(double x, double y) const {
+    Near near;
+    return height(x, y, near);
+  }
+  double height(double x, double y, Near& near) const;
   bool has(double x, double y) const;
 
   /// Volume [m^3] to the cells around (x, y), by the shares with which `height` reads them. Cells must have been laid.
@@ -64,10 +76,13 @@ class SoilField {
   Tile* find(std::int64_t i, std::int64_t j);
   static std::size_t at(std::int64_t i, std::int64_t j);
   double cell_height(std::int64_t i, std::int64_t j) const;
+  void number();
 
   GroundPtr ground_;
-  double cell_;
-  void number();
+  double cell_, per_cell_;
+  struct {
+    std::vector<double> h, lain, down, right;
+  } box_;  ///< of repose
 
   std::map<Key, Tile> tiles_;
   // Where a tile is, without a search: over the box of all of them.
