@@ -16,13 +16,13 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kKind = "sdem law";
-constexpr double kFormat = 2;
+constexpr double kFormat = 3;
 constexpr double kSteepest = 0.7;  ///< tilt beyond which mu and tau stay
 
 /// Everything of a law that counts, as numbers.
 std::vector<double> numbers(const Direction& d) {
-  std::vector<double> v{d.radius,      d.width,        d.column,      d.grain_slope, d.grain_curve,
-                        d.grain_shift, d.grain_length, d.grain_joint, d.outside_limit};
+  std::vector<double> v{d.radius,      d.width,           d.column,          d.grain_slope, d.grain_curve,
+                        d.grain_shift, d.grain_length[0], d.grain_length[1], d.grain_joint, d.outside_limit};
   v.insert(v.end(), d.c.begin(), d.c.end());
   v.insert(v.end(), d.spread.begin(), d.spread.end());
   v.insert(v.end(), d.grain.begin(), d.grain.end());
@@ -34,8 +34,8 @@ std::vector<double> numbers(const Direction& d) {
 bool take(Direction& d, const std::vector<double>& v) {
   if (v.size() != numbers(d).size()) return false;
   auto from = v.begin();
-  for (double* x : {&d.radius, &d.width, &d.column, &d.grain_slope, &d.grain_curve, &d.grain_shift, &d.grain_length, &d.grain_joint,
-                    &d.outside_limit})
+  for (double* x : {&d.radius, &d.width, &d.column, &d.grain_slope, &d.grain_curve, &d.grain_shift, &d.grain_length[0],
+                    &d.grain_length[1], &d.grain_joint, &d.outside_limit})
     *x = *from++;
   const auto fill = [&](auto& array) {
     std::copy_n(from, array.size(), array.begin());
@@ -179,12 +179,13 @@ void Direction::write(const fs::path& file) const {
     out.set_attribute("wheel", wheel);
     out.set_attribute("soil", soil);
     const std::vector<double> v = numbers(*this);
-    out.write_static({"law", "1",
-                      "radius, width, column, slope, curve and shift of the grain noise, its length and correlation, limit; "
-                      "then the coefficients "
-                      "in the order of `names`, spreads, grain, centre, inverse covariance; SI",
-                      "", 1},
-                     v, {v.size()});
+    out.write_static(
+        {"law", "1",
+         "radius, width, column, slope, curve and shift of the grain noise, its two lengths and correlation, limit; "
+         "then the coefficients "
+         "in the order of `names`, spreads, grain, centre, inverse covariance; SI",
+         "", 1},
+        v, {v.size()});
     std::string names;
     for (const CoefficientInfo& i : coefficient_infos()) names += std::string(i.name) + ": " + i.what + "\n";
     out.set_attribute("names", names);

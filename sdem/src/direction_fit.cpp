@@ -310,11 +310,31 @@ double deviation(const std::vector<double>& v) {
   return std::sqrt(sum / static_cast<double>(v.size() - 1));
 }
 
+/// Lag [samples] at which the autocorrelation falls to a half; 0 where it does not within the series.
+double half_lag(const std::vector<double>& v) {
+  double mean = 0;
+  for (const double x : v) mean += x / static_cast<double>(v.size());
+  double before = 1, all = 0;
+  for (const double x : v) all += (x - mean) * (x - mean);
+  for (std::size_t lag = 1; lag < v.size() / 2; ++lag) {
+    double sum = 0;
+    for (std::size_t i = lag; i < v.size(); ++i) sum += (v[i] - mean) * (v[i - lag] - mean);
+    const double now = sum / all;
+    if (now < 0.5) return static_cast<double>(lag) - (0.5 - now) / (before - now);
+    before = now;
+  }
+  return 0;
+}
+
+constexpr std::uint64_t kSeeds = 4;  ///< of the law for each run of grains
+
 /// Fluctuations of free level runs: standard deviations in time of height, Fx and torque over their load, grains and law.
 struct Fluctuation {
   std::array<double, 3> grains{}, law{};
+  /// ln of the ways over which half of it is forgotten, law over grains: height, Fx.
+  std::array<double, 2> longer{};
   double joint = 0;
-  double height = 0, depth = 0;  ///< of the law, means [m]
+  double height = 0, depth = 0;              ///< of the law, means [m]
   std::vector<std::array<double, 2>> ratio;  ///< of each run: b, ln of the deviations of Fx, law over grains
   int runs = 0;
 };
@@ -325,50 +345,60 @@ Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>
     if (w.press || w.load <= 0 || p.run_of(w).slips.size() > 1 || p.run_of(w).rest > 0 ||
         p.run_of(w).ground->describe() != flat_ground()->describe())
       continue;
-    const Trace t = drive(w, *p.run_of(w).ground, law, settings);
-    std::array<std::vector<double>, 3> a, b;
-    const double from = w.x.front() + 0.4 * (w.x.back() - w.x.front());
-    for (std::size_t i = 0; i < w.t.size(); ++i) {
-      if (!w.free[i] || w.x[i] < from) continue;
-      a[0].push_back(w.z[i]);
-      a[1].push_back(w.fx[i] / w.load);
-      a[2].push_back(-w.torque[i] / w.load / law->radius);
-      b[0].push_back(t.z[i]);
-      b[1].push_back(t.fx[i] / w.load);
-      b[2].push_back(t.torque[i] / w.load / law->radius);
+    for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+      DirectionSettings own = settings;
+      own.seed = kSeeds * w.run + seed;
+      const Trace t = drive(w, *p.run_of(w).ground, law, own);
+      std::array<std::vector<double>, 3> a, b;
+      const double from = w.x.front() + 0.4 * (w.x.back() - w.x.front());
+      for (std::size_t i = 0; i < w.t.size(); ++i) {
+        if (!w.free[i] || w.x[i] < from) continue;
+        a[0].push_back(w.z[i]);
+        a[1].push_back(w.fx[i] / w.load);
+        a[2].push_back(-w.torque[i] / w.load / law->radius);
+        b[0].push_back(t.z[i]);
+        b[1].push_back(t.fx[i] / w.load);
+        b[2].push_back(t.torque[i] / w.load / law->radius);
+      }
+      if (a[0].size() < 50) continue;
+      for (const double z : b[0]) out.height += z / static_cast<double>(b[0].size());
+      for (const double d : t.depth) out.depth += d / static_cast<double>(t.depth.size());
+      for (std::size_t k = 0; k < 3; ++k) {
+        out.grains[k] += deviation(a[k]);
+        out.law[k] += deviation(b[k]);
+      }
+      const double ratio = std::log(std::max(1e-3, deviation(b[1])) / std::max(1e-3, deviation(a[1])));
+      out.ratio.push_back({law->b_of(1 - p.run_of(w).slips[0], 1), ratio});
+      double mx = 0, mt = 0, c = 0;
+      for (std::size_t i = 0; i < a[1].size(); ++i) {
+        mx += a[1][i] / static_cast<double>(a[1].size());
+        mt += a[2][i] / static_cast<double>(a[1].size());
+      }
+      for (std::size_t i = 0; i < a[1].size(); ++i)
+        c += (a[1][i] - mx) * (a[2][i] - mt) / static_cast<double>(a[1].size());
+      out.joint += c / std::max(1e-12, deviation(a[1]) * deviation(a[2]));
+      for (std::size_t k = 0; k < 2; ++k) {
+        const double of_grains = half_lag(a[k]), of_law = half_lag(b[k]);
+        if (of_grains > 0 && of_law > 0) out.longer[k] += std::log(of_law / of_grains);
+      }
+      ++out.runs;
     }
-    if (a[0].size() < 50) continue;
-    for (const double z : b[0]) out.height += z / static_cast<double>(b[0].size());
-    for (const double d : t.depth) out.depth += d / static_cast<double>(t.depth.size());
-    for (std::size_t k = 0; k < 3; ++k) {
-      out.grains[k] += deviation(a[k]);
-      out.law[k] += deviation(b[k]);
-    }
-    const double ratio = std::log(std::max(1e-3, deviation(b[1])) / std::max(1e-3, deviation(a[1])));
-    out.ratio.push_back({law->b_of(1 - p.run_of(w).slips[0], 1), ratio});
-    double mx = 0, mt = 0, c = 0;
-    for (std::size_t i = 0; i < a[1].size(); ++i) {
-      mx += a[1][i] / static_cast<double>(a[1].size());
-      mt += a[2][i] / static_cast<double>(a[1].size());
-    }
-    for (std::size_t i = 0; i < a[1].size(); ++i)
-      c += (a[1][i] - mx) * (a[2][i] - mt) / static_cast<double>(a[1].size());
-    out.joint += c / std::max(1e-12, deviation(a[1]) * deviation(a[2]));
-    ++out.runs;
   }
   for (std::size_t k = 0; k < 3; ++k) {
     out.grains[k] /= std::max(1, out.runs);
     out.law[k] /= std::max(1, out.runs);
   }
+  for (double& x : out.longer) x /= std::max(1, out.runs);
   out.joint /= std::max(1, out.runs);
   out.height /= std::max(1, out.runs);
   out.depth /= std::max(1, out.runs);
   return out;
 }
 
-/// Amplitudes of the grain noise with which the law fluctuates as the grains do, and the shift that keeps its mean height.
+/// Amplitudes and lengths of the grain noise with which the law fluctuates as the grains do, and the shift that keeps its mean height.
 void set_noise(const Problem& p, Direction& law, const DirectionSettings& wheel, std::array<double, 3>& ratio) {
   law.grain = {0.5, 0.15, 0.08};
+  law.grain_length = Direction{}.grain_length;
   DirectionSettings noisy = wheel;
   noisy.grain_noise = 1;
   DirectionSettings still = wheel;
@@ -392,6 +422,9 @@ void set_noise(const Problem& p, Direction& law, const DirectionSettings& wheel,
       law.grain_slope = std::clamp(law.grain_slope - x[1], -2.0, 2.0);
       law.grain_curve = std::clamp(law.grain_curve - x[2], -2.0, 2.0);
     }
+    if (turn + 1 < kTurns)
+      for (std::size_t k = 0; k < 2; ++k)
+        law.grain_length[k] = std::clamp(law.grain_length[k] * std::exp(-f.longer[k]), 2e-3, 40e-3);
     law.grain_joint = std::clamp(f.joint, 0.0, 0.95);
     if (turn + 1 < kTurns)
       law.grain_shift -= law.at(Coefficient::n0) * (f.height - quiet.height) / std::max(1e-3, quiet.depth);

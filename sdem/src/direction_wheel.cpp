@@ -9,7 +9,6 @@ namespace grouser::sdem {
 namespace {
 
 constexpr double kPiece = 1e-3;   ///< [m] of the way in a piece of a step
-constexpr double kLong = 4;       ///< the noise of ln F_L is so many times longer than that of mu and tau
 constexpr double kTurned = 0.15;  ///< of mu and tau
 
 // Grains that rest lose what shakes them: a small share of the friction follows the sign of velocity at once, smoothed over kStill, and the
@@ -40,16 +39,11 @@ double logistic(double x) { return 1 / (1 + std::exp(-x)); }
 DirectionWheel::DirectionWheel(std::shared_ptr<const Direction> law, const DirectionSettings& settings)
     : law_(std::move(law)), settings_(settings), rut_(law_->column, law_->radius) {}
 
-/// Places in pairs of opposite sign, so that means over the way are those without noise.
-double DirectionWheel::noise(int channel, double s) const {
-  const double u = s / law_->grain_length;
-  const auto i = static_cast<std::int64_t>(std::floor(u));
-  const auto value = [&](std::int64_t k) {
-    const bool odd = (k & 1) != 0;
-    return (odd ? -1 : 1) * gauss(settings_.seed, channel, (k - odd) / 2);
-  };
-  const double t = u - static_cast<double>(i);
-  return value(i) + t * (value(i + 1) - value(i));
+/// Independent numbers at whole `at`, linear between them.
+double DirectionWheel::noise(int channel, double at) const {
+  const auto i = static_cast<std::int64_t>(std::floor(at));
+  const double here = gauss(settings_.seed, channel, i), next = gauss(settings_.seed, channel, i + 1);
+  return here + (at - static_cast<double>(i)) * (next - here);
 }
 
 PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
@@ -85,14 +79,16 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
     const double cs = gz / size, sn = -gs / size, dt = dx * cs + dh * sn;
     const double way = std::sqrt(dt * dt + rim * rim + side * side);
     const double tilt = sn / cs;
-    const double ahead = rut_.height(s + (dt >= 0 ? 0.5 : -0.5) * r), drop = std::isfinite(ahead) ? z - r - (ahead - top) : 0;
+    worn_ += std::abs(dt) + std::hypot(rim - dt, side);
+    const double ahead = rut_.height(s + (dt >= 0 ? 0.5 : -0.5) * r),
+                 drop = std::isfinite(ahead) ? z - r - (ahead - top) : 0;
     Level level = law.level(dt, rim, d, tilt, drop);
     double x1 = 0, x2 = 0, x3 = 0;
     if (settings_.grain_noise > 0) {
       const double j = law.grain_joint;
       const double a = settings_.grain_noise * law.grain[0];
-      x1 = a * noise(0, s / kLong) + settings_.grain_noise * settings_.grain_noise * law.grain_shift;
-      const double e = noise(1, s);
+      x1 = a * noise(0, s / law.grain_length[0]) + settings_.grain_noise * settings_.grain_noise * law.grain_shift;
+      const double at = worn_ / law.grain_length[1], e = noise(1, at);
       const double wide = settings_.grain_noise * law.grain_share(law.b_of(std::abs(dt), dt >= 0 ? rim : -rim));
       // Friction that single grains turn round would push a wheel on: at most kTurned beyond none.
       const auto within = [](double x, double mean) {
@@ -100,7 +96,7 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
         return std::clamp(x, -most, most);
       };
       x2 = within(wide * law.grain[1] * e, level.mu);
-      x3 = within(wide * law.grain[2] * (j * e + std::sqrt(std::max(0.0, 1 - j * j)) * noise(2, s)), level.tau);
+      x3 = within(wide * law.grain[2] * (j * e + std::sqrt(std::max(0.0, 1 - j * j)) * noise(2, at)), level.tau);
       level.force *= std::exp(x1);
       level.mu += x2;
       level.tau += x3;
@@ -210,6 +206,7 @@ void DirectionWheel::traverse(State& s) {
   s.field("u", u_);
   s.field("m", m_);
   s.field("y", y_);
+  s.field("worn", worn_);
   s.field("steps", steps_);
   s.field("outside", outside_);
   rut_.traverse(s);

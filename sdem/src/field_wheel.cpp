@@ -8,10 +8,11 @@ namespace grouser::sdem {
 
 namespace {
 
-constexpr double kAround = 0.03;  ///< soil ahead of the rim that a row asks for [m]: a pile begins at the contact, which ends before the rim does
-constexpr double kMore = 0.01;    ///< and holds beyond [m], so that its wheel finds nothing missing
-constexpr double kSlide = 0.03;   ///< soil around the wheel that may slide [m]
-constexpr double kSweep = 0.1;    ///< cells of way (of the hub or the rim) over which it does
+constexpr double kAround =
+    0.03;  ///< soil ahead of the rim that a row asks for [m]: a pile begins at the contact, which ends before the rim does
+constexpr double kMore = 0.01;   ///< and holds beyond [m], so that its wheel finds nothing missing
+constexpr double kSlide = 0.03;  ///< soil around the wheel that may slide [m]
+constexpr double kSweep = 0.1;   ///< cells of way (of the hub or the rim) over which it does
 
 }  // namespace
 
@@ -28,7 +29,9 @@ FieldWheel::FieldWheel(const FieldSettings& s, std::shared_ptr<const Direction> 
     rows_.push_back({DirectionWheel(law_, settings), (j + 0.5) * strip_ - 0.5 * width, 0});
 }
 
-double FieldWheel::reach() const { return std::hypot(law_->radius + kAround + kMore + 0.02, 0.5 * width_ + strip_) + kSlide; }
+double FieldWheel::reach() const {
+  return std::hypot(law_->radius + kAround + kMore + 0.02, 0.5 * width_ + strip_) + kSlide;
+}
 
 /// Mean height over the width of a row with that middle, `along` ahead of the hub.
 double FieldWheel::around(double middle, const Vec3& hub, const Motion& m, double along, const SoilField& field,
@@ -82,7 +85,8 @@ FieldForce FieldWheel::step(const Motion& m, const SoilField& field) {
     const auto lies = [&](double s) { return around(row.y, m.end, m, s - row.s, field, near); };
     const auto tops = [&](double s) { return lies(s) + top; };
     // std::ref: a std::function of the lambda itself would be allocated.
-    rut.renew(row.s, to.z(), std::min(s0, row.s) - r - kAround - kMore, std::max(s0, row.s) + r + kAround + kMore, std::ref(tops));
+    rut.renew(row.s, to.z(), std::min(s0, row.s) - r - kAround - kMore, std::max(s0, row.s) + r + kAround + kMore,
+              std::ref(tops));
     was_.resize(rut.size());
     for (std::size_t i = 0; i < was_.size(); ++i) was_[i] = rut.h(i);
     const PlaneForce f =

@@ -97,9 +97,7 @@ double SoilField::height(double x, double y, Near& near) const {
          a * ((1 - b) * cell_height(i + 1, j) + b * cell_height(i + 1, j + 1));
 }
 
-bool SoilField::has(double x, double y) const {
-  return find(below(x / cell_), below(y / cell_));
-}
+bool SoilField::has(double x, double y) const { return find(below(x / cell_), below(y / cell_)); }
 
 void SoilField::apply(const Change& c) {
   const double u = c.x * per_cell_ - 0.5, v = c.y * per_cell_ - 0.5, per_area = per_cell_ * per_cell_;
@@ -124,8 +122,7 @@ bool SoilField::Footprint::holds(double px, double py) const {
   return along > rear && along < front && std::abs(across) < half_width;
 }
 
-void SoilField::repose(double x0, double y0, double x1, double y1, const Footprint& wheel,
-                       double share) {
+void SoilField::repose(double x0, double y0, double x1, double y1, const Footprint& wheel, double share) {
   const std::int64_t i0 = below(x0 / cell_), i1 = below(x1 / cell_), j0 = below(y0 / cell_), j1 = below(y1 / cell_),
                      nj = j1 - j0 + 1;
   if (i1 < i0 || nj <= 0) return;
@@ -161,7 +158,8 @@ void SoilField::repose(double x0, double y0, double x1, double y1, const Footpri
   any = false;
   // What each cell of a line gives to that `beside` it, from heights as they were: left and right are the same. A cell has four neighbours:
   // an eighth each.
-  const auto flows = [&](std::size_t from, std::size_t many, std::size_t beside, double dx, double dy, std::vector<double>& flow) {
+  const auto flows = [&](std::size_t from, std::size_t many, std::size_t beside, double dx, double dy,
+                         std::vector<double>& flow) {
     int steep = 0;  // most lines have none
     for (std::size_t k = from; k < from + many; ++k)
       steep |= std::abs(h[k] - h[k + beside]) > std::max(most, std::abs(lain[k] - lain[k + beside])) + kNothing;

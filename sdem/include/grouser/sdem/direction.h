@@ -88,7 +88,8 @@ struct Direction {
   std::array<double, 3> grain{};
   double grain_slope = 0, grain_curve = 0;
   double grain_shift = 0;  ///< of ln F_L with the noise, so that the mean height stays
-  double grain_length = 6e-3;
+  /// Distance of the random numbers [m]: those of F_L along the place, those of traction along travel plus sliding.
+  std::array<double, 2> grain_length{16e-3, 8e-3};
   double grain_joint = 0;  ///< correlation of mu and tau
   /// Middle and inverse covariance of (b, ln d/d0, tilt) over the training's windows; beyond `outside_limit` a state is outside.
   std::array<double, 3> centre{};

@@ -65,7 +65,7 @@ class DirectionWheel {
   void traverse(State& s);
 
  private:
-  double noise(int channel, double s) const;
+  double noise(int channel, double at) const;
 
   std::shared_ptr<const Direction> law_;
   DirectionSettings settings_;
@@ -74,6 +74,7 @@ class DirectionWheel {
   double last_along_ = 0;         ///< N u then [N]
   std::array<double, 4> last_{};  ///< forces and torque/r at the end of the last piece [N]
   double u_ = 0, m_ = 0, y_ = 0;  ///< of D6
+  double worn_ = 0;               ///< travel plus sliding so far [m]
   std::int64_t steps_ = 0, outside_ = 0;
 };
 
