@@ -18,6 +18,7 @@ namespace {
 constexpr const char* kKind = "sdem law";
 constexpr double kFormat = 3;
 constexpr double kSteepest = 0.7;  ///< tilt beyond which mu and tau stay
+constexpr double kHeld = 2;        ///< rise over d0 beyond which forces stay
 
 /// Everything of a law that counts, as numbers.
 std::vector<double> numbers(const Direction& d) {
@@ -87,6 +88,9 @@ const std::array<CoefficientInfo, kCoefficients>& coefficient_infos() {
       {"mu_s", "mu with the tilt of the contact", 0, 0.3},
       {"mu_o", "mu of a dragged wheel over open ground", 0, 0.3},
       {"tau_o", "tau of a dragged wheel over open ground", 0, 0.3},
+      {"l_e", "ln of the level force with the rise of the soil ahead", 0, 0.3},
+      {"tau_e", "tau of a driven wheel with the rise of the soil ahead", 0, 0.1},
+      {"tau_h", "tau of a dragged wheel with soil that rises ahead", 0, 0.1},
   }};
   return all;
 }
@@ -102,7 +106,7 @@ double Direction::grain_share(double b) const {
   return std::exp(b * (grain_slope + b * grain_curve));
 }
 
-Level Direction::level(double dx, double rim, double d, double tilt, double drop) const {
+Level Direction::level(double dx, double rim, double d, double tilt, double rise) const {
   if (!(d > 0)) return {};
   // Backward travel is the mirror image of forward travel: half a turn of (dx, rim).
   double turn = std::atan2(rim, dx);
@@ -112,7 +116,8 @@ Level Direction::level(double dx, double rim, double d, double tilt, double drop
     sign = -1;
   }
   using C = Coefficient;
-  const double x = d / kDepth - 1, open = 0.5 * (1 - std::exp(-std::max(0.0, drop) / kDepth));
+  const double x = d / kDepth - 1, open = 1 - std::exp(std::min(0.0, rise) / kDepth),
+               held = std::clamp(rise / kDepth, -kHeld, kHeld);
   const auto forward = [&](double angle) {
     const double b = std::clamp((angle - pi / 4) / (pi / 6), kLeast, kMost),
                  e = std::tanh((b - at(C::middle)) / std::exp(at(C::ln_sharp)));
@@ -120,11 +125,13 @@ Level Direction::level(double dx, double rim, double d, double tilt, double drop
     const double y = std::clamp(x, -1.0, 2.0), slope = std::clamp(sign * tilt, -kSteepest, kSteepest);
     Level l;
     l.force = std::exp(at(C::l0) + b * (at(C::l1) + b * (at(C::l2) + b * at(C::l3))) +
-                       std::max(0.7, at(C::n0) + at(C::n1) * b) * std::log(d / kDepth));
+                       std::max(0.7, at(C::n0) + at(C::n1) * b) * std::log(d / kDepth) + held * at(C::l_e));
+    const double dragged = 0.5 * (1 - e), driven = 0.5 * (1 + e);
     l.mu = at(C::mu0) + b * (at(C::mu1) + b * at(C::mu2)) + e * at(C::mu3) + y * (at(C::mu_d) + b * at(C::mu_db)) +
-           slope * at(C::mu_s) + open * (1 - e) * at(C::mu_o);
+           slope * at(C::mu_s) + dragged * open * at(C::mu_o);
     l.tau = at(C::tau0) + b * (at(C::tau1) + b * at(C::tau2)) + e * at(C::tau3) +
-            y * (at(C::tau_d) + b * at(C::tau_db)) + open * (1 - e) * at(C::tau_o);
+            y * (at(C::tau_d) + b * at(C::tau_db)) + driven * held * at(C::tau_e) +
+            dragged * (open * at(C::tau_o) + std::max(0.0, held) * at(C::tau_h));
     return l;
   };
   if (turn <= pi / 2) {

@@ -10,6 +10,8 @@ namespace {
 
 constexpr double kPiece = 1e-3;   ///< [m] of the way in a piece of a step
 constexpr double kTurned = 0.15;  ///< of mu and tau
+constexpr double kMet =
+    8e-3;  ///< way over which soil ahead is met [m]: columns make its rise jump, and the tilt with it
 
 // Grains that rest lose what shakes them: a small share of the friction follows the sign of velocity at once, smoothed over kStill, and the
 // slow part (D6) is larger by as much, so that on the way their sum is mu, tau. Without it a parked wheel swings and walks.
@@ -70,6 +72,7 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
       u_ *= q;
       m_ *= q;
       y_ *= q;
+      rise_ *= q;
       last_ = {};
       last_along_ = 0;
       continue;
@@ -80,9 +83,14 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
     const double way = std::sqrt(dt * dt + rim * rim + side * side);
     const double tilt = sn / cs;
     worn_ += std::abs(dt) + std::hypot(rim - dt, side);
-    const double ahead = rut_.height(s + (dt >= 0 ? 0.5 : -0.5) * r),
-                 drop = std::isfinite(ahead) ? z - r - (ahead - top) : 0;
-    Level level = law.level(dt, rim, d, tilt, drop);
+    // Soil half a radius ahead over the plane of the contact; one that is shorter than that way shows its plane the less.
+    const double half = (dt >= 0 ? 0.5 : -0.5) * r, ahead = rut_.height(s + half),
+                 seen = std::isfinite(ahead)
+                            ? (ahead - top - (z - r + d + half * tilt)) * std::min(1.0, o.length / std::abs(half))
+                            : 0;
+    rise_ = seen + (rise_ - seen) * std::exp(-way / kMet);
+    const double rise = rise_;
+    Level level = law.level(dt, rim, d, tilt, rise);
     double x1 = 0, x2 = 0, x3 = 0;
     if (settings_.grain_noise > 0) {
       const double j = law.grain_joint;
@@ -153,14 +161,14 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
       f.normal_z = gz;
       if (f.rests) {
         // At rest forces answer a motion either way like a spring that ends where it slides.
-        const Level drag = law.level(1, 0, d, tilt, drop), spin = law.level(0, 1, d, tilt, drop);
+        const Level drag = law.level(1, 0, d, tilt, rise), spin = law.level(0, 1, d, tilt, rise);
         f.along_slope = -n * std::abs(drag.mu) / lt;
         f.spin_slope = n * r * r * std::abs(spin.tau) / lt;
         f.side_slope = -n * settings_.side_friction / lt;
       } else {
         const double total = way * pieces, gone = std::exp(-total / lt), e = 1e-4 * total;
-        const Level x = law.level(dt * pieces + e, rim * pieces, d, tilt, drop),
-                    w = law.level(dt * pieces, rim * pieces + e, d, tilt, drop);
+        const Level x = law.level(dt * pieces + e, rim * pieces, d, tilt, rise),
+                    w = law.level(dt * pieces, rim * pieces + e, d, tilt, rise);
         f.along_slope =
             n * ((1 - gone) * (x.mu + x2 - level.mu) / e + gone / lt * (dt / way) * (level.mu + dry_u - u_before));
         f.along_slope += u * ((1 - kept) * (x.force * std::exp(x1) - level.force) / e +
@@ -207,6 +215,7 @@ void DirectionWheel::traverse(State& s) {
   s.field("m", m_);
   s.field("y", y_);
   s.field("worn", worn_);
+  s.field("rise", rise_);
   s.field("steps", steps_);
   s.field("outside", outside_);
   rut_.traverse(s);

@@ -121,16 +121,17 @@ TEST(V2Rows, AreThePlaneWhereNothingGoesAside) {
   }
 }
 
-TEST(V2Rows, CellsAndHeadingDoNotMatter) {
-  const auto fine = make("rows: 6, cell: 3 mm, side_friction: 0.5"),
-             coarse = make("rows: 4, side_friction: 0.5"), turned = make("rows: 4, side_friction: 0.5");
-  const Means a = roll(*fine, 0.3, 0.015), b = roll(*coarse, 0.3, 0.015), c = roll(*turned, 0.3, 0.015, 0.7);
-  for (const Means& m : {b, c}) {
-    EXPECT_NEAR(m.sinkage, a.sinkage, 0.15e-3);
-    EXPECT_NEAR(m.drawbar, a.drawbar, 0.01 * kLoad);
-    EXPECT_NEAR(m.side, a.side, 0.01 * kLoad);
-    EXPECT_NEAR(m.torque, a.torque, 0.01 * kLoad * kRadius);
-  }
+TEST(V2Rows, CellsAndHeadingHardlyMatter) {
+  const Means fine = roll(*make("rows: 6, cell: 3 mm, side_friction: 0.5"), 0.3, 0.015);
+  // The soil ahead, which the law looks at, is read between cells: a third of what packings differ by at the default of 8 mm, less with finer cells.
+  for (const auto& [cell, sinkage] : {std::pair{"8 mm", 0.2e-3}, std::pair{"5 mm", 0.1e-3}})
+    for (const double heading : {0.0, 0.7}) {
+      const Means m = roll(*make(std::string("rows: 4, side_friction: 0.5, cell: ") + cell), 0.3, 0.015, heading);
+      EXPECT_NEAR(m.sinkage, fine.sinkage, sinkage) << cell << " " << heading;
+      EXPECT_NEAR(m.drawbar, fine.drawbar, 0.01 * kLoad) << cell << " " << heading;
+      EXPECT_NEAR(m.side, fine.side, 0.01 * kLoad) << cell << " " << heading;
+      EXPECT_NEAR(m.torque, fine.torque, 0.01 * kLoad * kRadius) << cell << " " << heading;
+    }
 }
 
 TEST(V2Rows, SideForceOpposesAndMirrors) {

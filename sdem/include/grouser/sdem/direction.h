@@ -5,14 +5,15 @@
 // of a displacement, so nothing depends on speed:
 //   b    = (atan2(r w, v_t) - 45 deg)/30 deg                     0 rolling without slip, 1 spinning, -1 dragged           (D1)
 //   d    = (9 A^2/(32 r))^(1/3),  A = area of the disc below the soil as it lay before this pass                          (D2)
-//   F_L  = exp(l0 + l1 b + l2 b^2 + l3 b^3) (d/d0)^(n0 + n1 b)   borne at that depth in level travel, d0 = 3 mm           (D3)
+//   F_L  = exp(l0 + l1 b + l2 b^2 + l3 b^3 + l_e e) (d/d0)^(n0 + n1 b)   borne at that depth in level travel, d0 = 3 mm   (D3)
 //   F_P  = max(F_L, p (d/d0)^q)                                  borne where the wheel is pressed without travel          (D4)
 //   dN   = k dd + (F_L - N) dS/l,  N between 0 and F_P,  dS = |(v_t, r w, v_y)| dt,  dd by the motion of the wheel        (D5)
 //   F_t  = u N,  du = (mu(b, d) - u) dS/l_t;   M = r m N,  dm = (tau(b, d) - m) dS/l_t                                    (D6)
-//   mu, tau = c0 + c1 b + c2 b^2 + c3 tanh((b - middle)/sharp) + (c4 + c5 b)(d/d0 - 1) + c6 tilt + c7 o (1 - tanh(..))/2
-//   tilt = slope of the contact: tangent of the angle of the normal force, positive where soil lies ahead; no c6 in tau
-//   o = 1 - exp(-h/d0), h = how far the soil half a radius ahead lies below the lowest point of the rim, 0 where it does not:
-//   a dragged wheel that comes over a crest pushes soil that nothing holds
+//   mu, tau = c0 + c1 b + c2 b^2 + c3 T + (c4 + c5 b)(d/d0 - 1) + c6 tilt + (1 - T)/2 (c7 o + c8 max(0, e)) + (1 + T)/2 c9 e
+//   T = tanh((b - middle)/sharp); tilt = slope of the contact, tangent of the angle of the normal force, positive where soil lies ahead
+//   e = rise/d0 within +-2, rise = how far the soil half a radius ahead lies above the plane of the contact, met over 8 mm of
+//   way; o = 1 - exp(min(0, rise)/d0):
+//   in a trough, or behind a pile, soil is held and bears more; over a crest nothing holds it. No c8 in mu, no c6 in tau
 // A wheel that rests is held by a spring k and does not creep; one that sinks while it travels bears F_L + k l |dz|/dS, one that climbs
 // so much less. The part of the depth that is not N/k lasts.
 #include <array>
@@ -59,6 +60,9 @@ enum class Coefficient {
   mu_s,
   mu_o,
   tau_o,
+  l_e,
+  tau_e,
+  tau_h,
   count
 };
 inline constexpr std::size_t kCoefficients = static_cast<std::size_t>(Coefficient::count);
@@ -99,7 +103,7 @@ struct Direction {
   double at(Coefficient k) const { return c[static_cast<std::size_t>(k)]; }
   double& at(Coefficient k) { return c[static_cast<std::size_t>(k)]; }
   /// D3 and targets of D6. Any (dx, rim): between the trained directions polynomials, beyond them their ends, mirrored for backward travel.
-  Level level(double dx, double rim, double d, double tilt = 0, double drop = 0) const;
+  Level level(double dx, double rim, double d, double tilt = 0, double rise = 0) const;
   double press(double d) const;                            ///< p (d/d0)^q [N]
   double b_of(double dx, double rim) const;                ///< D1, not limited
   double distance(double b, double d, double tilt) const;  ///< Mahalanobis

@@ -75,6 +75,7 @@ class DirectionWheel {
   std::array<double, 4> last_{};  ///< forces and torque/r at the end of the last piece [N]
   double u_ = 0, m_ = 0, y_ = 0;  ///< of D6
   double worn_ = 0;               ///< travel plus sliding so far [m]
+  double rise_ = 0;               ///< of the soil ahead, as the wheel has met it [m]
   std::int64_t steps_ = 0, outside_ = 0;
 };
 
