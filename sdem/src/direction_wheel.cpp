@@ -86,7 +86,22 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
     const double way = std::sqrt(dt * dt + rim * rim + side * side);
     const double tilt = sn / cs;
     const double ahead = rut_.height(s + (dt >= 0 ? 0.5 : -0.5) * r), drop = std::isfinite(ahead) ? z - r - (ahead - top) : 0;
-    Level level = law.level(dt, rim, d, tilt, drop);
+    const double turn = settings_.side_turn;
+    // D7: what a motion slides and turns by, in all.
+    const auto across_of = [&](double t, double rolled, double aside) {
+      const double whole = std::sqrt(t * t + rolled * rolled + aside * aside);
+      return turn > 0 ? std::hypot(aside, rolled - t, turn * whole) : whole;
+    };
+    // D8
+    const auto level_of = [&](double t, double rolled, double aside) {
+      if (!(turn > 0) || aside == 0) return law.level(t, rolled, d, tilt, drop);
+      Level x = law.level(t, rolled, d, tilt, drop, aside);
+      const double sine = aside / across_of(t, rolled, aside), lost = x.tau * (1 - std::sqrt(1 - sine * sine));
+      x.tau -= lost;
+      x.mu -= lost;
+      return x;
+    };
+    Level level = level_of(dt, rim, side);
     double x1 = 0, x2 = 0, x3 = 0;
     if (settings_.grain_noise > 0) {
       const double j = law.grain_joint;
@@ -120,8 +135,7 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
     const bool yields = raw >= most;
     elastic_ = raw / k;
     const double n = std::max(0.0, raw), n_before = std::max(0.0, k * before), u_before = u_, m_before = m_;
-    const double q = 1 - std::exp(-way / lt), turn = settings_.side_turn,
-                 across = turn > 0 ? std::hypot(side, rim - dt, turn * way) : way, angle = way > 0 ? side / across : 0;
+    const double q = 1 - std::exp(-way / lt), across = across_of(dt, rim, side), angle = way > 0 ? side / across : 0;
     const double dry_u = kDry * std::tanh(dt * rate), dry_m = kDry * std::tanh(rim * rate),
                  dry_y = std::min(kDry, settings_.side_friction) * std::tanh(side * rate);
     u_ += q * (level.mu + dry_u - u_);
@@ -163,8 +177,8 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
         f.side_slope = -n * settings_.side_friction / lt;
       } else {
         const double total = way * pieces, gone = std::exp(-total / lt), e = 1e-4 * total;
-        const Level x = law.level(dt * pieces + e, rim * pieces, d, tilt, drop),
-                    w = law.level(dt * pieces, rim * pieces + e, d, tilt, drop);
+        const Level x = level_of(dt * pieces + e, rim * pieces, side * pieces),
+                    w = level_of(dt * pieces, rim * pieces + e, side * pieces);
         f.along_slope =
             n * ((1 - gone) * (x.mu + x2 - level.mu) / e + gone / lt * (dt / way) * (level.mu + dry_u - u_before));
         f.along_slope += u * ((1 - kept) * (x.force * std::exp(x1) - level.force) / e +
