@@ -90,7 +90,22 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
                             : 0;
     rise_ = seen + (rise_ - seen) * std::exp(-way / kMet);
     const double rise = rise_;
-    Level level = law.level(dt, rim, d, tilt, rise);
+    const double turn = settings_.side_turn;
+    // D7: what a motion slides and turns by, in all.
+    const auto across_of = [&](double t, double rolled, double aside) {
+      const double whole = std::sqrt(t * t + rolled * rolled + aside * aside);
+      return turn > 0 ? std::hypot(aside, rolled - t, turn * whole) : whole;
+    };
+    // D8
+    const auto level_of = [&](double t, double rolled, double aside) {
+      if (!(turn > 0) || aside == 0) return law.level(t, rolled, d, tilt, rise);
+      Level x = law.level(t, rolled, d, tilt, rise, aside);
+      const double sine = aside / across_of(t, rolled, aside), lost = x.tau * (1 - std::sqrt(1 - sine * sine));
+      x.tau -= lost;
+      x.mu -= lost;
+      return x;
+    };
+    Level level = level_of(dt, rim, side);
     double x1 = 0, x2 = 0, x3 = 0;
     if (settings_.grain_noise > 0) {
       const double j = law.grain_joint;
@@ -124,8 +139,7 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
     const bool yields = raw >= most;
     elastic_ = raw / k;
     const double n = std::max(0.0, raw), n_before = std::max(0.0, k * before), u_before = u_, m_before = m_;
-    const double q = 1 - std::exp(-way / lt), turn = settings_.side_turn,
-                 across = turn > 0 ? std::hypot(side, rim - dt, turn * way) : way, angle = way > 0 ? side / across : 0;
+    const double q = 1 - std::exp(-way / lt), across = across_of(dt, rim, side), angle = way > 0 ? side / across : 0;
     const double dry_u = kDry * std::tanh(dt * rate), dry_m = kDry * std::tanh(rim * rate),
                  dry_y = std::min(kDry, settings_.side_friction) * std::tanh(side * rate);
     u_ += q * (level.mu + dry_u - u_);
@@ -167,8 +181,8 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
         f.side_slope = -n * settings_.side_friction / lt;
       } else {
         const double total = way * pieces, gone = std::exp(-total / lt), e = 1e-4 * total;
-        const Level x = law.level(dt * pieces + e, rim * pieces, d, tilt, rise),
-                    w = law.level(dt * pieces, rim * pieces + e, d, tilt, rise);
+        const Level x = level_of(dt * pieces + e, rim * pieces, side * pieces),
+                    w = level_of(dt * pieces, rim * pieces + e, side * pieces);
         f.along_slope =
             n * ((1 - gone) * (x.mu + x2 - level.mu) / e + gone / lt * (dt / way) * (level.mu + dry_u - u_before));
         f.along_slope += u * ((1 - kept) * (x.force * std::exp(x1) - level.force) / e +

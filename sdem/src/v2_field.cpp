@@ -71,14 +71,8 @@ class V2Field final : public Terrain {
       const auto k = static_cast<std::size_t>(i);
       advance(c, k, motions[k], results[k]);
     });
-    double stored = 0;
-    for (Wheel& w : wheels_) {  // in the order of the bodies, whatever the threads did
-      w.rows.change(field_);
-      ledger().dissipated += w.spent;
-      ledger().integration += w.integration;
-      stored += w.stored;
-    }
-    ledger().stored = stored;
+    for (Wheel& w : wheels_) w.rows.change(field_);
+    count_energies(wheels_, ledger());
   }
 
   void advance(const StepContext& c, std::size_t k, const BodyMotion& motion, BodyResult& result) {

@@ -139,13 +139,7 @@ class V2 final : public Terrain {
       const auto k = static_cast<std::size_t>(i);
       advance(c, k, motions[k], results[k]);
     });
-    double stored = 0;
-    for (const Wheel& w : wheels_) {  // in the order of the bodies, whatever the threads did
-      ledger().dissipated += w.spent;
-      ledger().integration += w.integration;
-      stored += w.stored;
-    }
-    ledger().stored = stored;
+    count_energies(wheels_, ledger());
   }
 
   void advance(const StepContext& c, std::size_t k, const BodyMotion& motion, BodyResult& result) {

@@ -143,6 +143,32 @@ TEST(V2Rows, SideForceOpposesAndMirrors) {
   EXPECT_NEAR(a.sinkage, b.sinkage, 1e-12);
 }
 
+TEST(V2Rows, WithoutSlidingAsideSideForcesChangeNothing) {
+  for (const double slip : {-0.3, 0.0, 0.3}) {
+    const auto without = make("rows: 4, side_friction: 0, side_turn: 0"), with = make("rows: 4, side_friction: 0.5, side_turn: 0.2");
+    const Means a = roll(*without, slip, 0), b = roll(*with, slip, 0);
+    EXPECT_EQ(b.side, 0);
+    EXPECT_EQ(b.sinkage, a.sinkage);
+    EXPECT_EQ(b.drawbar, a.drawbar);
+    EXPECT_EQ(b.torque, a.torque);
+  }
+}
+
+TEST(V2Rows, TractionTurnsWithTheSlidingAndResistanceStays) {
+  const std::string options = "rows: 4, side_friction: 0.5, side_turn: 0.2";
+  const auto straight = make(options), left = make(options), right = make(options);
+  // 40 deg at slip 0.3.
+  const double aside = 0.042 * std::tan(0.7);
+  const Means a = roll(*straight, 0.3, 0), b = roll(*left, 0.3, aside), c = roll(*right, 0.3, -aside);
+  EXPECT_LT(b.torque, 0.8 * a.torque);
+  EXPECT_LT(b.drawbar, a.drawbar - 0.05 * kLoad);
+  // Slip counts against the whole travel: it digs less.
+  EXPECT_LT(b.sinkage, a.sinkage - 0.2e-3);
+  // Rim's traction less drawbar is what resists: of the straight wheel within what a change of 0.7 mm in depth makes.
+  EXPECT_NEAR(b.torque / kRadius - b.drawbar, a.torque / kRadius - a.drawbar, 0.01 * kLoad);
+  EXPECT_NEAR(c.torque, b.torque, 1e-9 * kLoad * kRadius);
+}
+
 /// Two wheels, one 0.22 m behind the other, in one track or in tracks of their own.
 struct Pair {
   std::unique_ptr<Terrain> t = make("rows: 4");

@@ -122,6 +122,32 @@ TEST(DirectionLaw, BackwardTravelMirrorsForwardTravel) {
   }
 }
 
+TEST(DirectionLaw, BearsTheSameWhicheverWayItTravelsAtOneSlip) {
+  for (const double rim : {0.8, 1.0, 2.0})
+    for (const double angle : {0.2, 0.7, 1.2}) {
+      const double straight = law()->level(1, rim, 3e-3).force;
+      EXPECT_NEAR(law()->level(std::cos(angle), rim, 3e-3, 0, 0, std::sin(angle)).force, straight, 1e-12) << rim << " " << angle;
+      EXPECT_NEAR(law()->level(-std::cos(angle), -rim, 3e-3, 0, 0, -std::sin(angle)).force, straight, 1e-12);
+    }
+}
+
+TEST(DirectionLaw, SlidingAsideOnlyLoses) {
+  sdem::DirectionSettings s = quiet();
+  s.side_friction = 0.5;
+  s.side_turn = 0.2;
+  for (const double slip : {-0.5, -0.2, 0.0, 0.2, 0.6})
+    for (const double angle : {-1.3, -0.4, 0.1, 0.4, 0.8, 1.3}) {
+      sdem::DirectionWheel wheel(law(), s);
+      const double dx = 2e-4 * (slip > 0 ? 1 - slip : 1), rim = 2e-4 / (slip > 0 ? 1 : 1 - slip), side = dx * std::tan(angle);
+      sdem::PlaneForce f;
+      for (int k = 0; k < 300; ++k)
+        f = wheel.step({k * dx, kRadius - 3e-3, (k + 1) * dx, kRadius - 3e-3, rim, side, 1e-2}, level);
+      // Of the motor and of what drags the hub, over a step, against N times the way.
+      const double spent = f.torque / kRadius * rim - f.fs * dx - f.side * side;
+      EXPECT_GT(spent, 0.02 * f.normal * std::hypot(side, rim - dx)) << slip << " " << angle;
+    }
+}
+
 TEST(DirectionLaw, AWheelThatRestsDoesNotCreep) {
   // Issue: hold creep below 1e-3 mm/s.
   Carrier c;

@@ -17,6 +17,8 @@ struct DirectionSettings {
   bool pile = true;          ///< soil goes ahead and behind; false: all of it is compacted (ablation)
   /// Side force/N goes over l_t toward -side_friction dy/D, dy the way aside of the wheel's lowest point, dS of D5: D = dS where this is 0;
   ///   else  D^2 = dy^2 + (r w - v_t)^2 dt^2 + (side_turn dS)^2:  traction that turns with the sliding                          (D7)
+  /// and then, for a wheel that slides aside, with c = sqrt(1 - (dy/D)^2): tau becomes c tau and mu becomes mu - (1 - c) tau: what drives the
+  ///   rim turns, what resists the wheel (tau - mu) stays; b of F_L counts the whole travel, (v_t^2 + v_y^2)^(1/2) in place of v_t      (D8)
   double side_turn = 0;
   double around = 0.07;  ///< soil ahead of and behind the rim that is laid [m]
 };
