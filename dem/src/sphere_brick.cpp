@@ -22,6 +22,7 @@ Packing relaxed_packing(const SoilSettings& soil, const BrickSettings& s) {
   p.ly = s.ny * across(s);
   p.height = s.height;
   p.compaction = s.compaction;
+  p.slab = s.walls;
   std::string inputs = inputs_text(soil) + inputs_text(p);
   put_line(inputs, "relaxed", kRelaxed);
   const std::filesystem::path file = s.cache / (hash_text(inputs) + ".h5");
@@ -41,6 +42,12 @@ Packing relaxed_packing(const SoilSettings& soil, const BrickSettings& s) {
 
 SphereBrick from_packing(const Packing& p, const BrickSettings& s) {
   if (p.walls) throw DemError("the bed was poured into a box; dem.sphere needs a periodic one");
+  if (p.slab && !s.walls)
+    throw DemError(
+        "the bed was poured between walls (slab: true): give 'slab' and 'sides: walls', or a bed periodic across");
+  if (!p.slab && s.walls)
+    throw DemError(
+        "the bed is its own neighbour across: 'sides: walls' needs one poured between walls (dem bed, slab: true)");
   SphereBrick b;
   const bool given = !s.bed.empty();
   b.nx = given ? std::max(1, static_cast<int>(std::lround(p.lx / s.side))) : s.nx;
@@ -68,7 +75,7 @@ SphereBrick from_packing(const Packing& p, const BrickSettings& s) {
     b.top = std::max(b.top, g.x[2] + g.radius);
   }
   char text[240];
-  if (std::min(b.lx, b.ly) < 4 * b.largest) {
+  if ((s.walls ? b.lx : std::min(b.lx, b.ly)) < 4 * b.largest) {
     std::snprintf(text, sizeof text, "a brick of %.4g x %.4g m is narrower than four of its largest grains, %.4g m",
                   b.lx, b.ly, 4 * b.largest);
     throw DemError(text);
@@ -99,7 +106,8 @@ SphereBrick from_packing(const Packing& p, const BrickSettings& s) {
 
 std::shared_ptr<const SphereBrick> sphere_brick(const SoilSettings& soil, const BrickSettings& s) {
   std::string key = inputs_text(soil) + s.bed.string() + '|' + s.cache.string();
-  for (const double x : {s.side, s.across, s.height, s.level, static_cast<double>(s.nx), static_cast<double>(s.ny), s.compaction})
+  for (const double x : {s.side, s.across, s.height, s.level, static_cast<double>(s.nx), static_cast<double>(s.ny),
+                         s.compaction, static_cast<double>(s.walls)})
     put_line(key, "", x);
   // Terrains of one process that want the same brick wait for the first of them.
   static std::mutex lock;

@@ -7,7 +7,7 @@
 
 namespace grouser::dem {
 
-/// A periodic packing of nx x ny bricks, each lx x ly: brick (i, j) of the world is that of (i mod nx, j mod ny).
+/// A periodic packing of nx x ny bricks, each lx x ly: brick (i, j) of the world is that of (i mod nx, j mod ny). Between walls ny = 1.
 struct SphereBrick {
   /// Grains of each brick at rest, none frozen, x in (0, lx), y in (0, ly); brick (a, b) is parts[a ny + b].
   std::vector<std::vector<GrainState>> parts;
@@ -27,6 +27,7 @@ struct SphereBrick {
 struct BrickSettings {
   double side = 0.06;     ///< [m] of a brick
   double across = 0;      ///< [m] of a brick along y; 0: square
+  bool walls = false;     ///< poured between walls square to y, `across` apart; periodic along x only
   int nx = 1, ny = 1;     ///< bricks along x and y before the packing repeats
   double compaction = 0;  ///< [Pa] pressed by a lid and let go again
   double height = 0.1;    ///< [m] of soil wanted
@@ -37,7 +38,7 @@ struct BrickSettings {
 };
 
 /// Poured as one packing and relaxed three times, or read from the cache or the bed. One per process and input.
-/// @throws DemError: narrower than four of the largest grains, not periodic, not as high as wanted.
+/// @throws DemError: narrower than four of the largest grains (between walls: shorter), other sides than wanted, not as high.
 std::shared_ptr<const SphereBrick> sphere_brick(const SoilSettings& soil, const BrickSettings& s);
 
 }  // namespace grouser::dem

@@ -30,6 +30,7 @@ reach: auto              # [m] soil nearer than this to a wheel's contact moves;
 reach_along: auto        # [m] the same along the wheel's way only, the length of its patch; auto: reach
 reach_across: auto       # [m] and along its axle only, the patch's width; auto: reach
 slab: none               # [m] width of a slab that is its own neighbour across (quasi-2D), six of the largest grains at least; one smooth wheel
+sides: periodic          # periodic | walls: the slab stands between two walls, those of the soil (smooth unless it says otherwise), about y = 0; more than two of the largest grains apart
 torus: auto              # [1] 4..1000 bricks along x and y in the solver; auto: wheelbase and track with their surroundings
 capacity: auto           # [1] 1..100000 bricks' worth of grains in the solver; auto: what the wheels' surroundings need, and some
 wheel: auto              # auto (smooth: cylinder, lugs: mesh) | mesh | clump: overlapping spheres
@@ -43,11 +44,13 @@ host_stiffness: 1        # [1] 0..10 scale of the contact stiffness told to the 
 )";
 
 constexpr int kSlabGrains = 6;  ///< least width of a slab, in largest grains
+constexpr int kWallGrains = 2;  ///< more than that between walls
 
 struct SphereOptions {
   double depth = 0.12, relief = 0.02, step_share = kStepShare, host_stiffness = 1;
   std::optional<double> datum, brick, reach, reach_along, reach_across;
   double slab = 0;             ///< 0: none
+  bool walls = false;          ///< of the slab
   std::vector<double> period;  ///< empty: auto
   double compaction = 0;
   WheelForm form;
@@ -94,6 +97,9 @@ SphereOptions read(const ConfigNode& o) {
     if (!is_word(o, "reach_across", "auto"))
       o.error_at("reach_across", "a slab moves as a whole across: leave it out, or leave out 'slab'");
   }
+  s.walls = o.choice_or("sides", "periodic", {"periodic", "walls"}) == "walls";
+  if (s.walls && is_word(o, "slab", "none"))
+    o.error_at("sides", "walls stand at the sides of a slab: give its width too, slab: 30 mm, or leave out 'sides'");
   if (!is_word(o, "torus", "auto")) s.torus = o.integer("torus", 4, 1000);
   if (!is_word(o, "capacity", "auto")) s.capacity = o.integer("capacity", 1, 100000);
   const std::string wheel = o.choice_or("wheel", "auto", {"auto", "mesh", "clump"});
@@ -111,7 +117,7 @@ SphereOptions read(const ConfigNode& o) {
   return s;
 }
 
-class Sphere final : public Terrain, public SoilPoints {
+class Sphere final : public Terrain, public SoilPoints, public SlabWalls {
  public:
   Sphere(const SoilSettings& soil, const SphereOptions& options, GroundPtr ground, double gravity)
       : Terrain(std::move(ground)), soil_(soil), options_(options), gravity_(gravity) {
@@ -153,10 +159,13 @@ class Sphere final : public Terrain, public SoilPoints {
     return {r.along + 0.5 * brick_->lx, r.across + 0.5 * brick_->lx};
   }
   bool slab() const { return options_.slab > 0; }
+  /// y of the solver less y of the world [m]: between walls the slab lies about y = 0.
+  double aside() const { return options_.walls ? 0.5 * options_.slab : 0; }
   /// Share of the slab's forces that the wheel's own width bears; 1 without a slab.
   double share() const { return slab() ? 2 * wheels_[0].half_width() / options_.slab : 1; }
   Pose gear_pose(std::size_t k, const Pose& X_WB) const { return X_WB * bodies()[k].X_BG; }
   Pose in_solver(Pose X) const {
+    X.p.y() += aside();
     X.p.z() -= tiles_->base();
     return X;
   }
@@ -172,6 +181,7 @@ class Sphere final : public Terrain, public SoilPoints {
     b.nx = bricks(0, kPeriodX);
     b.ny = slab() ? 1 : bricks(1, kPeriodY);
     b.across = options_.slab;
+    b.walls = options_.walls;
     b.compaction = options_.compaction;
     // One diameter below the lowest soil that moves: a floor of frozen grains, not the smooth one of the pouring.
     b.level = options_.depth + options_.relief + soil_.largest;
@@ -203,6 +213,13 @@ class Sphere final : public Terrain, public SoilPoints {
     char text[240];
     const Pose from = gear_pose(0, m.X_WB_begin), to = gear_pose(0, m.X_WB_end);
     const Vec3 axle = to.q * Vec3::UnitY(), way = to.p - from.p;
+    if (options_.walls && std::abs(from.p.y()) > aside()) {
+      std::snprintf(text, sizeof text,
+                    "dem.sphere: the slab between walls lies about y = 0, %.4g mm wide; the hub is at y = %.4g mm, "
+                    "beyond a wall",
+                    1e3 * options_.slab, 1e3 * from.p.y());
+      throw TerrainError(text);
+    }
     const double off = std::hypot(axle.x(), axle.z());
     if (off > kTurned) {
       std::snprintf(text, sizeof text,
@@ -275,6 +292,7 @@ class Sphere final : public Terrain, public SoilPoints {
     t.ny = static_cast<int>(p.ny);
     t.grains = static_cast<std::size_t>(p.grains);
     t.slab = slab();
+    t.walls = options_.walls;
     tiles_.emplace(brick_, ground_ptr(), t);
     SolverSettings s = tiles_->fit(solver_settings(soil_));
     const int material = soil_.wheel ? s.materials.add(s.materials.materials[0], *soil_.wheel) : 0;
@@ -284,6 +302,7 @@ class Sphere final : public Terrain, public SoilPoints {
     for (std::size_t k = 0; k < wheels_.size(); ++k)
       wheels_[k].add_to(*solver_, motions.empty() ? Pose() : in_solver(gear_pose(k, motions[k].X_WB_begin)), material);
     solver_->add_floor(0, 1);
+    if (options_.walls) wall_ = tiles_->add_walls(*solver_, 1);
   }
 
   void begin(std::span<const BodyMotion> motions) {
@@ -389,6 +408,7 @@ class Sphere final : public Terrain, public SoilPoints {
     if (reach().across != reach().along) put_line(t, "reach_across_m", reach().across);
     put_line(t, "step_share", options_.step_share);
     if (slab()) put_line(t, "slab_m", options_.slab);
+    if (options_.walls) put_line(t, "sides", "walls");
     put_line(t, "ground", ground().describe());
     put_line(t, "wheel", bodies()[0].gear.name);
     put_line(t, "wheel_radius_m", wheels_[0].radius());
@@ -445,16 +465,16 @@ class Sphere final : public Terrain, public SoilPoints {
 
   SurfaceSample do_surface(double x, double y) const override {
     SurfaceSample s = Terrain::do_surface(x, y);
-    if (!solver_) return s;
-    const double rise = tiles_->rise(x, y, grains_now());
+    if (!solver_ || (options_.walls && std::abs(y) > aside())) return s;
+    const double rise = tiles_->rise(x, y + aside(), grains_now());
     s.height += rise;
     s.sinkage = -rise;
     return s;
   }
 
-  /// A slab lies about the hub; elsewhere places are what they are.
+  /// y of the world of a grain or square at this y of its tile. A slab without walls lies about the hub.
   double beside_hub(double y) const {
-    if (!slab()) return y;
+    if (!slab() || options_.walls) return y - aside();
     const double hub = solver_->pose(0).p.y();
     return hub + std::remainder(y - hub, options_.slab);
   }
@@ -488,6 +508,11 @@ class Sphere final : public Terrain, public SoilPoints {
     std::vector<std::array<double, 4>> few;
     for (const std::size_t k : kept) few.push_back(out[k]);
     return few;
+  }
+
+  std::array<Vec3, 2> wall_impulses() const override {
+    if (!options_.walls || !solver_) return {Vec3::Zero(), Vec3::Zero()};
+    return {share() * solver_->surface(wall_).impulse, share() * solver_->surface(wall_ + 1).impulse};
   }
 
   std::vector<Cell> do_take_changed_cells() override {
@@ -539,6 +564,7 @@ class Sphere final : public Terrain, public SoilPoints {
   Plan plan_;
   std::optional<Tiles> tiles_;
   std::optional<Solver> solver_;
+  int wall_ = 0;  ///< surface of the wall to the right (y < 0), the other is the next
   PatchFinder finder_;
   std::unique_ptr<Averages> averages_;  ///< no part of the state: a run that goes on from a state begins another file
   mutable std::vector<GrainState> now_;
@@ -562,10 +588,15 @@ ModelInfo sphere_model() {
         if (!a.soil.dem.present())
           throw std::invalid_argument("soil '" + a.soil.name + "' has no 'dem:' section, which model dem.sphere needs");
         const SoilSettings soil = read_soil(a.soil.dem);
-        if (options.slab > 0 && options.slab < kSlabGrains * soil.largest) {
-          char text[120];
+        char text[120];
+        if (options.slab > 0 && !options.walls && options.slab < kSlabGrains * soil.largest) {
           std::snprintf(text, sizeof text, "must be %.4g mm or more: %d of the soil's largest grains",
                         1e3 * kSlabGrains * soil.largest, kSlabGrains);
+          a.options.error_at("slab", text);
+        }
+        if (options.slab > 0 && options.walls && options.slab <= kWallGrains * soil.largest) {
+          std::snprintf(text, sizeof text, "must be more than %.4g mm: %d of the soil's largest grains between walls",
+                        1e3 * kWallGrains * soil.largest, kWallGrains);
           a.options.error_at("slab", text);
         }
         return std::make_unique<Sphere>(soil, options, a.ground, a.gravity);

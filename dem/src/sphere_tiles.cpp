@@ -7,6 +7,8 @@ namespace grouser::dem {
 
 namespace {
 
+constexpr double kBeyond = 0.01;  ///< of the domain, beyond walls [m]
+
 double mass(const GrainState& g) { return 4.0 / 3 * pi * g.radius * g.radius * g.radius * g.density; }
 
 [[noreturn]] void refuse(const char* format, auto... a) {
@@ -51,11 +53,18 @@ Tiles::Tiles(std::shared_ptr<const SphereBrick> brick, GroundPtr ground, const T
 SolverSettings Tiles::fit(SolverSettings s) const {
   const double columns = std::floor(lx() / brick_->largest) * std::floor(ly() / brick_->largest);
   const double layers = std::ceil(static_cast<double>(set_.grains) / columns) + 1;
-  s.domain.lo = Vec3(0, 0, -2 * brick_->largest);
-  s.domain.hi = Vec3(lx(), ly(), park_from_ + layers * brick_->largest);
-  s.domain.periodic = {true, true, false};
+  const double beyond = set_.walls ? kBeyond : 0;
+  s.domain.lo = Vec3(0, -beyond, -2 * brick_->largest);
+  s.domain.hi = Vec3(lx(), ly() + beyond, park_from_ + layers * brick_->largest);
+  s.domain.periodic = {true, !set_.walls, false};
   s.exchange = true;
   return s;
+}
+
+int Tiles::add_walls(Solver& solver, int material) const {
+  const int walls = solver.add_body({}), first = solver.add_plane(walls, Vec3::Zero(), Vec3::UnitY(), material);
+  solver.add_plane(walls, Vec3(0, ly(), 0), -Vec3::UnitY(), material);
+  return first;
 }
 
 GrainState Tiles::in_park(std::size_t number, GrainState g) const {
@@ -397,9 +406,12 @@ std::vector<Tiles::Square> Tiles::changed(const std::vector<GrainState>& now, do
 
 double Tiles::drawn(const Tile& t, int a, int b) const {
   double sum = 0;
+  int squares = 0;
   for (int i = a - 1; i <= a + 1; ++i)
     for (int j = b - 1; j <= b + 1; ++j) {
       const int di = i < 0 ? -1 : i / cells_x_, dj = j < 0 ? -1 : j / cells_y_;
+      if (set_.walls && dj != 0) continue;
+      ++squares;
       const Tile n{t.i + di, set_.slab ? t.j : t.j + dj};
       const std::vector<double>* top = tops_now(n);
       if (!top) continue;
@@ -407,7 +419,7 @@ double Tiles::drawn(const Tile& t, int a, int b) const {
           static_cast<std::size_t>(i - di * cells_x_) * cells_y_ + static_cast<std::size_t>(j - dj * cells_y_);
       sum += (*top)[k] - fresh_tops(n)[k];
     }
-  return sum / 9;
+  return sum / squares;
 }
 
 void Tiles::traverse(State& s) {

@@ -23,6 +23,7 @@ struct TilesSettings {
   double room = 0.1;             ///< [m] free height above the soil, below parked grains
   int nx = 8, ny = 8;            ///< tiles of the torus
   bool slab = false;             ///< one row of tiles j = 0, each its own neighbour across; ny is 1
+  bool walls = false;            ///< of the slab, at y = 0 and ly, in place of that neighbour
   std::size_t grains = 0;        ///< of the solver
 };
 
@@ -30,6 +31,8 @@ class Tiles {
  public:
   Tiles(std::shared_ptr<const SphereBrick> brick, GroundPtr ground, const TilesSettings& s);
   SolverSettings fit(SolverSettings s) const;
+  /// Walls at y = 0 and y = ly; returns the number of the first one's surface, the second's is the next.
+  int add_walls(Solver& solver, int material) const;
   std::vector<GrainState> parked() const;  ///< what the solver begins with: all grains above, frozen
 
   /// Whether a wheel is where this grain would be laid; x, y world, z of the solver.
@@ -80,7 +83,7 @@ class Tiles {
   const std::vector<double>& fresh_tops(const Tile& t) const;
   void refresh_tops(const std::vector<GrainState>& now) const;
   const std::vector<double>* tops_now(const Tile& t) const;
-  /// Mean rise of a square and its eight neighbours, across tiles; soil that never was in the solver has not risen.
+  /// Mean rise of a square and its eight neighbours (between walls: those that there are), across tiles; soil that never was in the solver has not risen.
   double drawn(const Tile& t, int a, int b) const;
   void index_slots();
 

@@ -18,7 +18,8 @@ void row(const TrainingPlan& p, const TrainingRun& r, const TrainingRecord& k) {
   std::size_t moving = 0;
   while (moving < k.x.size() && !(k.free[moving] > 0 && at(k.vx, moving) > 0)) ++moving;
   const double from = r.start + track::kFrom * r.distance;
-  track::Moments drawbar, torque, depth, hub, under, steep, slow, ahead, behind;
+  const double last = r.start + (1 - track::kEnd) * r.distance;
+  track::Moments drawbar, torque, depth, hub, under, steep, slow, ahead, behind, end;
   double before_x = 0, before_z = 0;
   bool any = false;
   for (std::size_t i = moving; i < k.x.size(); ++i) {
@@ -26,6 +27,7 @@ void row(const TrainingPlan& p, const TrainingRun& r, const TrainingRecord& k) {
     if (x < from) continue;
     drawbar.add(at(k.fx, i)), torque.add(-at(k.torque, i)), hub.add(z), under.add(ground(x)),
         depth.add(ground(x) - z + p.radius);
+    if (x >= last) end.add(ground(x) - z + p.radius);
     if (at(k.vx, i) > 0) steep.add(std::abs(at(k.vz, i) / at(k.vx, i)));
     if (!any || x - before_x >= 0.01) {  // over 10 mm of way: single grains click
       if (any) slow.add(std::abs((z - before_z) / (x - before_x)));
@@ -51,11 +53,11 @@ void row(const TrainingPlan& p, const TrainingRun& r, const TrainingRecord& k) {
     ahead.add(front.mean() - level.mean());
     behind.add(back.mean() - level.mean());
   }
-  std::printf("%s,%s,%d,%.4g,%.4g,%.3g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.4g\n",
+  std::printf("%s,%s,%d,%.4g,%.4g,%.3g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%.4g,%.5g,%.5g\n",
               r.name.c_str(), r.ground->describe() == "flat" ? "flat" : "rough", r.seed, r.slips.front(), r.load,
               r.rest, drawbar.mean(), drawbar.sd(), torque.mean(), torque.sd(), 1e3 * depth.mean(), 1e3 * depth.sd(),
               1e3 * hub.sd(), 1e3 * under.sd(), 1e3 * ahead.mean(), 1e3 * behind.mean(), steep.mean(), slow.mean(),
-              k.processor);
+              k.processor, 1e3 * end.mean(), 1e3 * level.mean());
 }
 
 }  // namespace
@@ -70,7 +72,8 @@ int main(int argc, char** argv) {
     const TrainingPlan p = grouser::sdem::load_training(argv[1], runs);
     std::printf(
         "run,ground,seed,slip_rim,load_N,rest_s,drawbar_N,drawbar_sd_N,torque_Nm,torque_sd_Nm,sinkage_mm,sinkage_sd_mm,"
-        "hub_sd_mm,ground_sd_mm,ahead_mm,behind_mm,vz_over_vx,vz_over_vx_10mm,processor_s\n");
+        "hub_sd_mm,ground_sd_mm,ahead_mm,behind_mm,vz_over_vx,vz_over_vx_10mm,processor_s,"
+        "sinkage_end_mm,level_mm\n");
     for (const TrainingRun& r : runs)
       if (r.kind == TrainingRun::Kind::load && r.slips.size() == 1)
         row(p, r, read_training(r, std::filesystem::path(argv[2]) / (r.name + ".h5")));

@@ -7,6 +7,7 @@ namespace track {
 
 constexpr double kFlat = 0.25, kRough = 0.3;  ///< [m]
 constexpr double kFrom = 0.35;                ///< share of the way after which means are taken
+constexpr double kEnd = 0.2;                  ///< share of the way that is its end
 constexpr double kAheadFrom = 0.03, kAheadTo = 0.056,
                  kBehind = 0.03;  ///< of the hub, where the soil's level is read [m]
 constexpr double kColumn = 2e-3;  ///< [m]

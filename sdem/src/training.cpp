@@ -71,6 +71,7 @@ TrainingRun read_run(const ConfigNode& n, const TrainingPlan& p) {
     put(t, name, value);
   for (const double s : r.slips) put(t, "slip", s);
   for (const double f : r.press) put(t, "press_N", f);
+  if (p.walls) t += "sides walls\n";
   t += "ground " + r.ground->describe() + "\ntraining 1\n";
   r.name = dem::hash_text(t);
   return r;
@@ -148,6 +149,7 @@ TrainingPlan load_training(const fs::path& file, std::vector<TrainingRun>& runs)
   p.relief = g.quantity("relief", "m", Range::non_negative());
   p.reach = g.quantity("reach", "m", Range::positive());
   p.period = g.quantity("period", "m", Range::positive());
+  p.walls = g.choice_or("sides", "periodic", {"periodic", "walls"}) == "walls";
   g.finish();
   p.speed = root.quantity("speed", "m/s", {0, 1, true, false});
   p.sample = root.quantity_or("sample", p.sample, "s", {0, 0.1, true, false});

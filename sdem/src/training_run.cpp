@@ -29,8 +29,8 @@ class Training {
     char text[400];
     std::snprintf(text, sizeof text,
                   "options: {slab: %.9g m, depth: %.9g m, relief: %.9g m, datum: 0 m, reach: %.9g m, period: [%.9g m, "
-                  "%.9g m], seed: %d}",
-                  p.slab, p.depth, p.relief, p.reach, p.period, p.slab, r.seed);
+                  "%.9g m], sides: %s, seed: %d}",
+                  p.slab, p.depth, p.relief, p.reach, p.period, p.slab, p.walls ? "walls" : "periodic", r.seed);
     const auto given = ConfigDocument::from_text(text, "grains");
     terrain_ = dem::sphere_model().make({p.soil, r.ground, given.root().map("options"), kGravity});
     given.check();

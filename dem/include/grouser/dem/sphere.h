@@ -15,6 +15,9 @@
 // wheel crosses it without ends; with f of the slab's grains the wheel of width b has
 //   F = f b/slab,   T = (torque about the axle) b/slab                                                                   (S2a)
 //
+// With `sides: walls` the slab stands between two planes square to y, slab apart, about y = 0 of the world, of the soil's wall material
+// (smooth unless it says otherwise); poured between them. S2a as before: the wheel touches from wall to wall.
+//
 // Wheel over the host's step dt, in n = ceil(dt/dt_r) equal steps, dt_r = step_share T_R (solver.h):
 //   pose from begin to end at constant velocity and spin;  impulse = sum over the n steps of force times step, exact   (S2)
 //
@@ -23,9 +26,19 @@
 // Cost: about 30 ns per grain in the solver and inner step; README, "Terrain dem.sphere".
 // @throws TerrainError in step(): ground beyond the relief, two tiles for one slot, no grain left in store,
 // a wheel that a slab cannot carry, whatever the solver refuses.
+#include <array>
+
 #include "grouser/terrain/registry.h"
 
 namespace grouser::dem {
+
+/// A dem.sphere terrain with `sides: walls`, asked what its soil does to them (dynamic_cast from Terrain).
+class SlabWalls {
+ public:
+  virtual ~SlabWalls() = default;
+  /// Soil on the walls at y = -slab/2 and y = slab/2 since the start, times wheel's over slab's width as all forces [N s].
+  virtual std::array<Vec3, 2> wall_impulses() const = 0;
+};
 
 ModelInfo sphere_model();
 

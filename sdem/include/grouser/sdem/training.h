@@ -1,5 +1,6 @@
 #pragma once
-// Runs of grains that `sdem.v2` is fitted to: one wheel on a slab of grains (model dem.sphere, periodic across), on stated ways.
+// Runs of grains that `sdem.v2` is fitted to: one wheel on a slab of grains (model dem.sphere, periodic across or between
+// smooth walls), on stated ways.
 //
 // The wheel is lowered without spin; then it goes over `distance` with the rim slips s of `slips` in turn (equal shares of the way) at
 //   max(|r w|, |vx|) = speed,   r w = vx/(1 - s) for s >= 0,   vx = r w (1 - s) for s < 0                      (N1)
@@ -25,6 +26,7 @@ struct TrainingPlan {
   Soil soil;
   double radius = 0, width = 0;                                               ///< of the wheel [m]
   double slab = 0.06, depth = 0.08, relief = 0, reach = 0.04, period = 0.36;  ///< of dem.sphere [m]
+  bool walls = false;                                                         ///< at the sides of the slab
   double speed = 0.06;                                                        ///< [m/s]
   double sample = 5e-3;                                                       ///< [s]
   double column = 2e-3;                                                       ///< [m]
