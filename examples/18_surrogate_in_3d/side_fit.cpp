@@ -2,7 +2,7 @@
 // each over what packings of one condition differ by.
 //   surrogate_side_fit GRAINS.csv SOIL.yaml OPTIONS WIDTH_m WAY_m NAME=START[,NAME=START...] HELD_OUT    prints a table as CSV
 // OPTIONS: those of sdem.v2 as YAML without the numbers that are fitted. A number stays positive. HELD_OUT: conditions that the fit does
-// not see, 'slip:angle' in degrees with * for any, '0.15:*,*:40', or none.
+// not see, 'slip:angle' in degrees with * for any, '0.15:*,*:40'; none; or each: one after the other, each by a fit to all others.
 // Lines that begin with # tell the numbers with standard errors, the spread of packings, and the root mean squares of (law - grains)/spread.
 #include <Eigen/Dense>
 #include <array>
@@ -131,26 +131,84 @@ class Problem {
   }
 };
 
-void tell(const Problem& p, const Eigen::VectorXd& x, const char* name, bool rows) {
+struct Fit {
+  Eigen::VectorXd x, error;  ///< logarithms and their standard errors
+  double half_squares = 0;
+  int evaluations = 0;
+};
+
+Fit fit(const Problem& p) {
+  if (p.values() <= p.inputs()) throw std::runtime_error("no more conditions to fit to than numbers");
+  Fit out{p.start, Eigen::VectorXd::Zero(p.inputs())};
+  Eigen::VectorXd f(p.values());
+  // Steps of 1e-3 in logarithms: soil that slides or not makes the law a little rough below.
+  Eigen::NumericalDiff<Problem> numeric(p, 1e-6);
+  Eigen::LevenbergMarquardt<Eigen::NumericalDiff<Problem>> lm(numeric);
+  lm.parameters.maxfev = 200;
+  lm.parameters.ftol = lm.parameters.xtol = 1e-4;
+  lm.parameters.factor = 1;
+  lm.minimize(out.x);
+  p(out.x, f);
+  Eigen::MatrixXd jacobian(p.values(), p.inputs());
+  numeric.df(out.x, jacobian);
+  // Scaled by what is left, so that what the law cannot follow widens the errors.
+  const Eigen::MatrixXd covariance =
+      (jacobian.transpose() * jacobian).inverse() * f.squaredNorm() / (p.values() - p.inputs());
+  out.error = covariance.diagonal().cwiseSqrt();
+  out.half_squares = 0.5 * f.squaredNorm();
+  out.evaluations = static_cast<int>(lm.nfev);
+  return out;
+}
+
+/// Sums of squares of what the law differs by.
+struct Misfit {
+  Quantities over_spread = Quantities::Zero(), plain = Quantities::Zero();
+  int n = 0;
+  void add(const Quantities& difference, const Quantities& spread) {
+    over_spread += difference.cwiseQuotient(spread).cwiseAbs2();
+    plain += difference.cwiseAbs2();
+    ++n;
+  }
+  void tell(const std::string& name) const {
+    if (n == 0) return;
+    std::printf("# %s, rms of %d over spread (and plain):", name.c_str(), n);
+    for (int q = 0; q < kQuantities; ++q)
+      std::printf(" %s %.2f (%.3g)", kNames[static_cast<std::size_t>(q)], std::sqrt(over_spread[q] / n),
+                  std::sqrt(plain[q] / n));
+    std::printf("\n");
+  }
+};
+
+void row(const Condition& c, const Quantities& law) {
+  const Quantities grains = c.mean();
+  std::printf("%s,%g,%g,%zu", c.held_out ? "held out" : "training", c.slip, c.angle, c.packings.size());
+  for (int q = 0; q < kQuantities; ++q) std::printf(",%.4g,%.4g", grains[q], law[q]);
+  std::printf("\n");
+}
+
+/// One held out after the other, each by a fit to all others.
+void leave_one_out(Problem p) {
+  Misfit misfit;
+  for (Condition& c : p.conditions) {
+    c.held_out = true;
+    const Quantities law = p.law(c, fit(p).x);
+    row(c, law);
+    misfit.add(law - c.mean(), p.spread);
+    c.held_out = false;
+  }
+  misfit.tell("each by a fit to the others");
+}
+
+void compare(const Problem& p, const Eigen::VectorXd& x, const std::string& name, bool rows) {
   for (const bool held_out : {false, true}) {
-    Quantities sum = Quantities::Zero(), plain = Quantities::Zero();
-    int n = 0;
+    Misfit misfit;
     for (const Condition& c : p.conditions) {
       if (c.held_out != held_out) continue;
-      const Quantities law = p.law(c, x), grains = c.mean();
-      sum += (law - grains).cwiseQuotient(p.spread).cwiseAbs2();
-      plain += (law - grains).cwiseAbs2();
-      ++n;
-      if (!rows) continue;
-      std::printf("%s,%g,%g,%zu", held_out ? "held out" : "training", c.slip, c.angle, c.packings.size());
-      for (int q = 0; q < kQuantities; ++q) std::printf(",%.4g,%.4g", grains[q], law[q]);
-      std::printf("\n");
+      const Quantities law = p.law(c, x);
+      if (rows) row(c, law);
+      misfit.add(law - c.mean(), p.spread);
     }
-    if (n == 0) continue;
-    std::printf("# %s, %s, rms of %d over spread (and plain):", name, held_out ? "held out" : "training", n);
-    for (int q = 0; q < kQuantities; ++q)
-      std::printf(" %s %.2f (%.3g)", kNames[static_cast<std::size_t>(q)], std::sqrt(sum[q] / n), std::sqrt(plain[q] / n));
-    std::printf("\n");
+    misfit.tell(name + (held_out ? ", held out" : ", training"));
   }
 }
 
@@ -177,33 +235,20 @@ int main(int argc, char** argv) {
       p.start[static_cast<Eigen::Index>(p.names.size())] = std::log(std::stod(part[1]));
       p.names.push_back(part[0]);
     }
-    if (p.values() <= p.inputs()) throw std::runtime_error("no more conditions to fit to than numbers");
-    Eigen::VectorXd x = p.start, f(p.values());
-    // Steps of 1e-3 in logarithms: grains of soil that slide or not make the law a little rough below.
-    Eigen::NumericalDiff<Problem> numeric(p, 1e-6);
-    Eigen::LevenbergMarquardt<Eigen::NumericalDiff<Problem>> lm(numeric);
-    lm.parameters.maxfev = 200;
-    lm.parameters.ftol = lm.parameters.xtol = 1e-4;
-    lm.parameters.factor = 1;
-    lm.minimize(x);
-    p(x, f);
-    Eigen::MatrixXd jacobian(p.values(), p.inputs());
-    numeric.df(x, jacobian);
-    // Scaled by what is left, so that what the law cannot follow widens the errors.
-    const Eigen::MatrixXd covariance =
-        (jacobian.transpose() * jacobian).inverse() * f.squaredNorm() / (p.values() - p.inputs());
     std::printf("part,slip,angle_deg,packings");
     for (const char* name : kNames) std::printf(",%s,law_%s", name, name);
     std::printf("\n");
-    tell(p, x, "fitted", true);
-    tell(p, p.start, "start", false);
+    const Fit f = fit(p);
+    if (std::string(argv[7]) == "each") leave_one_out(p);
+    compare(p, f.x, "fitted", std::string(argv[7]) != "each");
+    compare(p, p.start, "start", false);
     std::printf("# spread of packings:");
     for (int q = 0; q < kQuantities; ++q) std::printf(" %s %.3g", kNames[static_cast<std::size_t>(q)], p.spread[q]);
-    std::printf("\n# half the sum of squares %.2f, %d evaluations\n", 0.5 * f.squaredNorm(), static_cast<int>(lm.nfev));
+    std::printf("\n# half the sum of squares %.2f, %d evaluations\n", f.half_squares, f.evaluations);
     for (std::size_t k = 0; k < p.names.size(); ++k) {
       const auto i = static_cast<Eigen::Index>(k);
-      const double value = std::exp(x[i]);
-      std::printf("# %s %.4g +- %.2g\n", p.names[k].c_str(), value, value * std::sqrt(covariance(i, i)));
+      const double value = std::exp(f.x[i]);
+      std::printf("# %s %.4g +- %.2g\n", p.names[k].c_str(), value, value * f.error[i]);
     }
   } catch (const std::exception& e) {
     std::fprintf(stderr, "%s\n", e.what());

@@ -106,36 +106,21 @@ double Direction::grain_share(double b) const {
   return std::exp(b * (grain_slope + b * grain_curve));
 }
 
-double Direction::force(double turn, double d) const {
-  using C = Coefficient;
-  const auto forward = [&](double angle) {
-    const double b = std::clamp((angle - pi / 4) / (pi / 6), kLeast, kMost);
-    return std::exp(at(C::l0) + b * (at(C::l1) + b * (at(C::l2) + b * at(C::l3))) +
-                    std::max(0.7, at(C::n0) + at(C::n1) * b) * std::log(d / kDepth));
-  };
-  if (turn <= pi / 2) return forward(turn);
-  const double spinning = forward(pi / 2);
-  return spinning + (turn - pi / 2) / (pi / 2) * (forward(0) - spinning);
-}
-
-Level Direction::level(double dx, double rim, double d, double tilt, double rise, double aside) const {
+Level Direction::level(double dx, double rim, double d, double tilt, double rise) const {
   if (!(d > 0)) return {};
   // Backward travel is the mirror image of forward travel: half a turn of (dx, rim).
-  const auto forward_turn = [](double turn) { return turn < 0 ? turn + pi : turn; };
   using C = Coefficient;
-  const double whole = std::atan2(rim, dx), turn = forward_turn(whole), sign = whole < 0 ? -1 : 1;
+  const double whole = std::atan2(rim, dx), turn = whole < 0 ? whole + pi : whole, sign = whole < 0 ? -1 : 1;
   const double x = d / kDepth - 1, open = 1 - std::exp(std::min(0.0, rise) / kDepth),
                held = std::clamp(rise / kDepth, -kHeld, kHeld);
-  const double bearing =
-      std::exp(held * at(C::l_e)) *
-      force(aside == 0 ? turn : forward_turn(std::atan2(rim, std::copysign(std::hypot(dx, aside), dx))), d);
   const auto forward = [&](double angle) {
     const double b = std::clamp((angle - pi / 4) / (pi / 6), kLeast, kMost),
                  e = std::tanh((b - at(C::middle)) / std::exp(at(C::ln_sharp)));
     // Far beyond the depths of training a linear change would turn the sign.
     const double y = std::clamp(x, -1.0, 2.0), slope = std::clamp(sign * tilt, -kSteepest, kSteepest);
     Level l;
-    l.force = bearing;
+    l.force = std::exp(at(C::l0) + b * (at(C::l1) + b * (at(C::l2) + b * at(C::l3))) + held * at(C::l_e) +
+                       std::max(0.7, at(C::n0) + at(C::n1) * b) * std::log(d / kDepth));
     const double dragged = 0.5 * (1 - e), driven = 0.5 * (1 + e);
     l.mu = at(C::mu0) + b * (at(C::mu1) + b * at(C::mu2)) + e * at(C::mu3) + y * (at(C::mu_d) + b * at(C::mu_db)) +
            slope * at(C::mu_s) + dragged * open * at(C::mu_o);
@@ -154,6 +139,7 @@ Level Direction::level(double dx, double rim, double d, double tilt, double rise
   Level a = forward(pi / 2);
   const Level z = forward(0);
   const double w = (turn - pi / 2) / (pi / 2);
+  a.force += w * (z.force - a.force);
   a.mu = sign * (a.mu + w * (-z.mu - a.mu));
   a.tau = sign * (a.tau + w * (-z.tau - a.tau));
   return a;

@@ -98,8 +98,8 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
     };
     // D8
     const auto level_of = [&](double t, double rolled, double aside) {
-      if (!(turn > 0) || aside == 0) return law.level(t, rolled, d, tilt, rise);
-      Level x = law.level(t, rolled, d, tilt, rise, aside);
+      Level x = law.level(t, rolled, d, tilt, rise);
+      if (!(turn > 0) || aside == 0) return x;
       const double sine = aside / across_of(t, rolled, aside), lost = x.tau * (1 - std::sqrt(1 - sine * sine));
       x.tau -= lost;
       x.mu -= lost;

@@ -21,10 +21,10 @@ constexpr const char* kDefaults =
 law: none                # file of the law (grouser sdem fit)
 grain_noise: 1           # [1] 0..10 scale of the fluctuation that single grains make, as in the training; 0: none
 seed: 1                  # [1] 0..1000000 of that fluctuation
-side_friction: 0         # [1] 0..2 side force over normal force while sliding aside: assumed, not from grains
+side_friction: 0         # [1] 0..2 side force over normal force while sliding aside, no part of the law: 0.54 fits grains (examples/18_surrogate_in_3d)
 memory: true             # false: forces by the direction of motion alone, no elastic memory (for comparison)
 pile: true               # false: displaced soil is compacted where it is (for comparison)
-side_turn: 0             # [1] 0..2 the side force turns with the sliding of the rim, all but sharply (D7); 0: by the direction of travel
+side_turn: 0             # [1] 0..2 the side force turns with the sliding of the rim, all but sharply (D7), traction with it (D8): 0.23 fits grains; 0: by the direction of travel
 rows: 0                  # 0..64 rows across each wheel on soil that all wheels share; 0: a plane of its own for each wheel
 cell: 8 mm               # [m] 1e-3..0.05 of that soil
 bearing: 1               # [1] 0.2..2 with rows: force of a wheel of its width over that of as wide a part of an endless one

@@ -162,9 +162,9 @@ TEST(V2Rows, TractionTurnsWithTheSlidingAndResistanceStays) {
   const Means a = roll(*straight, 0.3, 0), b = roll(*left, 0.3, aside), c = roll(*right, 0.3, -aside);
   EXPECT_LT(b.torque, 0.8 * a.torque);
   EXPECT_LT(b.drawbar, a.drawbar - 0.05 * kLoad);
-  // Slip counts against the whole travel: it digs less.
-  EXPECT_LT(b.sinkage, a.sinkage - 0.2e-3);
-  // Rim's traction less drawbar is what resists: of the straight wheel within what a change of 0.7 mm in depth makes.
+  // Soil bears as it does by the wheel's own plane; grains differ by less than packings do (examples/18_surrogate_in_3d, slip 0.3).
+  EXPECT_NEAR(b.sinkage, a.sinkage, 0.3e-3);
+  // Rim's traction less drawbar is what resists: of the straight wheel.
   EXPECT_NEAR(b.torque / kRadius - b.drawbar, a.torque / kRadius - a.drawbar, 0.01 * kLoad);
   EXPECT_NEAR(c.torque, b.torque, 1e-9 * kLoad * kRadius);
 }

@@ -122,15 +122,6 @@ TEST(DirectionLaw, BackwardTravelMirrorsForwardTravel) {
   }
 }
 
-TEST(DirectionLaw, BearsTheSameWhicheverWayItTravelsAtOneSlip) {
-  for (const double rim : {0.8, 1.0, 2.0})
-    for (const double angle : {0.2, 0.7, 1.2}) {
-      const double straight = law()->level(1, rim, 3e-3).force;
-      EXPECT_NEAR(law()->level(std::cos(angle), rim, 3e-3, 0, 0, std::sin(angle)).force, straight, 1e-12) << rim << " " << angle;
-      EXPECT_NEAR(law()->level(-std::cos(angle), -rim, 3e-3, 0, 0, -std::sin(angle)).force, straight, 1e-12);
-    }
-}
-
 TEST(DirectionLaw, SlidingAsideOnlyLoses) {
   sdem::DirectionSettings s = quiet();
   s.side_friction = 0.5;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "extent_watch.h"
 #include "ground_view.h"
@@ -37,6 +38,16 @@ class Run {
         folder_(std::move(folder)),
         threads_(threads),
         progress_(std::move(progress)) {}
+
+  /// Left by an exception (of the progress callback, say): the newest checkpoint is not lost.
+  ~Run() {
+    try {
+      if (pending_ && record_) write(*pending_);
+    } catch (const std::exception&) {  // the older file stays
+    }
+  }
+  Run(const Run&) = delete;
+  Run& operator=(const Run&) = delete;
 
   RunSummary fresh() {
     build();
@@ -240,6 +251,8 @@ class Run {
   }
 
   [[noreturn]] void stop(double t, const std::string& body, const std::string& why) {
+    if (pending_) write(*pending_);
+    pending_.reset();
     const std::string message =
         "stopped at t = " + seconds(t) + ", body '" + body + "': " + why +
         "; last good checkpoint: " + (last_checkpoint_ >= 0 ? "t = " + seconds(last_checkpoint_) : std::string("none"));
@@ -254,21 +267,30 @@ class Run {
     throw SimulationError(message);
   }
 
-  /// Save, then build everything anew from what was saved, as a resumed run does.
+  /// Save, then build everything anew from what was saved, as a resumed run does. A run that is much faster than real time keeps it in
+  /// memory unless the file is older than file_age: bits do not depend on which of its checkpoints a run goes on from.
   void checkpoint() {
     const auto begin = Clock::now();
-    Checkpoint c;
+    Checkpoint& c = pending_.emplace();
     c.scenario = text_;
     c.version = GROUSER_VERSION;
     c.time = time();
-    record_->recorder().flush();
     c.frames = record_->recorder().frames();
     traverse(c.state);
-    write_checkpoint(folder_ / "checkpoint.h5", c);
+    const bool due = last_checkpoint_ < 0 || since(written_) > file_age;
+    if (due) write(c);
+    State state = due ? std::move(c.state) : c.state;
+    if (due) pending_.reset();
     build();
-    load(c.state);
-    last_checkpoint_ = c.time;
+    load(state);
     output_s_ += since(begin);
+  }
+
+  void write(const Checkpoint& c) {
+    record_->recorder().flush();
+    write_checkpoint(folder_ / "checkpoint.h5", c);
+    last_checkpoint_ = c.time;
+    written_ = Clock::now();
   }
 
   RunSummary loop() {
@@ -319,10 +341,10 @@ class Run {
     c.scenario = text_;
     c.version = GROUSER_VERSION;
     c.time = time();
-    record_->recorder().flush();
     c.frames = record_->recorder().frames();
     c.state = state;
-    write_checkpoint(folder_ / "checkpoint.h5", c);
+    write(c);
+    pending_.reset();
     r.warnings = warnings();
     r.notices = scenario_.notices;
     write_warnings();
@@ -359,6 +381,7 @@ class Run {
   static constexpr double fastest = 100;                                          // [m/s]
   static constexpr double lost_height = 5;                                        // [m]
   static constexpr double rest_speed = 1e-4, rest_time = 0.5, settle_limit = 30;  // [m/s], [s], [s]
+  static constexpr double file_age = 0.5;                                         // [s] of the clock
 
   Scenario scenario_;
   std::string text_;
@@ -372,7 +395,9 @@ class Run {
   RunTotals totals_;
   ExtentWatch extent_;
   double speed_at_start_ = 0;  // [m/s] fastest body
-  double last_checkpoint_ = -1;
+  std::optional<Checkpoint> pending_;  ///< the newest, perhaps not in its file yet
+  double last_checkpoint_ = -1;        ///< time of the one in the file [s]
+  Clock::time_point written_;
   double terrain_s_ = 0, output_s_ = 0;
 };
 

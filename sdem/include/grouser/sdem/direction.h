@@ -103,15 +103,11 @@ struct Direction {
   double at(Coefficient k) const { return c[static_cast<std::size_t>(k)]; }
   double& at(Coefficient k) { return c[static_cast<std::size_t>(k)]; }
   /// D3 and targets of D6. Any (dx, rim): between the trained directions polynomials, beyond them their ends, mirrored for backward travel.
-  /// aside: way along the axle, of D8 for F_L.
-  Level level(double dx, double rim, double d, double tilt = 0, double rise = 0, double aside = 0) const;
+  Level level(double dx, double rim, double d, double tilt = 0, double rise = 0) const;
   double press(double d) const;                            ///< p (d/d0)^q [N]
   double b_of(double dx, double rim) const;                ///< D1, not limited
   double distance(double b, double d, double tilt) const;  ///< Mahalanobis
   double grain_share(double b) const;                      ///< exp(grain_slope b + grain_curve b^2)
-
-  /// F_L at atan2(r w, v) = turn, 0 to pi [N].
-  double force(double turn, double d) const;
 
   static constexpr double kDepth = 3e-3;              ///< d0 [m]
   static constexpr double kLeast = -0.55, kMost = 1;  ///< b of the polynomials: slips of the rim from -0.8 to 0.73

@@ -12,13 +12,13 @@ namespace grouser::sdem {
 struct DirectionSettings {
   double grain_noise = 1;  ///< scale of the fluctuation that single grains make; 0: none
   std::uint64_t seed = 1;
-  double side_friction = 0;  ///< [1] assumed, no part of the fit
+  double side_friction = 0;  ///< [1] no part of the law: fitted by wheels that slide aside (examples/18_surrogate_in_3d)
   bool memory = true;        ///< D5; false: N = F_L or F_P by the direction of motion (ablation)
   bool pile = true;          ///< soil goes ahead and behind; false: all of it is compacted (ablation)
   /// Side force/N goes over l_t toward -side_friction dy/D, dy the way aside of the wheel's lowest point, dS of D5: D = dS where this is 0;
   ///   else  D^2 = dy^2 + (r w - v_t)^2 dt^2 + (side_turn dS)^2:  traction that turns with the sliding                          (D7)
   /// and then, for a wheel that slides aside, with c = sqrt(1 - (dy/D)^2): tau becomes c tau and mu becomes mu - (1 - c) tau: what drives the
-  ///   rim turns, what resists the wheel (tau - mu) stays; b of F_L counts the whole travel, (v_t^2 + v_y^2)^(1/2) in place of v_t      (D8)
+  ///   rim turns, what resists the wheel (tau - mu) stays                                                                             (D8)
   double side_turn = 0;
   double around = 0.07;  ///< soil ahead of and behind the rim that is laid [m]
 };

@@ -10,7 +10,7 @@ namespace grouser::sdem {
 /// Valid: smooth wheels of the law's radius in its soil (otherwise refused by name), directions and depths like those of the
 /// training; a state outside (Mahalanobis distance over outside_limit) is counted: field `outside`, per cent of a wheel's steps.
 /// Error bars: fields `drawbar_sd`, `torque_sd`, `sinkage_sd`: what packings differ by, of means over 0.1 m.
-/// Not: side force from grains (option side_friction is an assumed Coulomb one), camber, rut of another wheel, speed (the law has none;
+/// Not: side force in the law itself (options side_friction, side_turn: Coulomb's, fitted apart), camber, rut of another wheel, speed (the law has none;
 /// soils whose forces depend on it, as eq 3.20, need its logarithm as an input).
 /// Ledger: stored = N^2/(2 k), dissipated = lasting depth, slip; each by its own formula.
 /// Cost: README. Example: examples/17_surrogate_by_direction.
