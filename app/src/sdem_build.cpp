@@ -101,8 +101,10 @@ int sdem_build(SdemBuildArguments a) {
   if (a.out.empty()) a.out = a.runs / "tables.h5";
   if (a.beds.empty()) a.beds = a.runs;
   if (a.slurm > 0) {
-    std::string command = fmt::format("grouser sdem build '{}' --runs '{}' --beds '{}' --out '{}'", a.campaign.string(),
-                                      a.runs.string(), a.beds.string(), a.out.string());
+    // This program, wherever it lies: a job has a PATH of its own.
+    std::string command = fmt::format("'{}' sdem build '{}' --runs '{}' --beds '{}' --out '{}'",
+                                      fs::read_symlink("/proc/self/exe").string(), a.campaign.string(), a.runs.string(),
+                                      a.beds.string(), a.out.string());
     if (a.overwrite) command += " --overwrite";
     fmt::print("{}", sdem_slurm_script(command, a.slurm));
     return 0;

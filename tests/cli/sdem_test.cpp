@@ -140,7 +140,11 @@ TEST(SdemBuild, WrongPartsAndFilesAreNamed) {
 TEST(SdemBuild, SlurmScriptRunsEveryPartAndThenTheTables) {
   const CommandResult r = grouser_command(build(campaign("slurm"), "slurm") + " --slurm 20", source);
   EXPECT_EQ(r.code, 0) << r.err;
-  for (const char* part : {"#SBATCH --array=1-20\n", "--part auto", "--dependency=afterok:"})
+  // This program by its full path: a job has a PATH of its own.
+  const std::string program = fs::canonical(GROUSER_COMMAND).string();
+  for (const std::string& part :
+       {std::string("#SBATCH --array=1-20\n"), "\n'" + program + "' sdem build ", "--wrap \"'" + program,
+        std::string("--part auto"), std::string("--dependency=afterok:")})
     EXPECT_NE(r.out.find(part), std::string::npos) << r.out;
   EXPECT_FALSE(fs::exists(scratch() / "slurm"));
   const fs::path script = scratch() / "array.sh";

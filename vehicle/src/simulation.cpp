@@ -394,7 +394,7 @@ class Run {
   Command command_;
   RunTotals totals_;
   ExtentWatch extent_;
-  double speed_at_start_ = 0;  // [m/s] fastest body
+  double speed_at_start_ = 0;          // [m/s] fastest body
   std::optional<Checkpoint> pending_;  ///< the newest, perhaps not in its file yet
   double last_checkpoint_ = -1;        ///< time of the one in the file [s]
   Clock::time_point written_;
