@@ -1,5 +1,9 @@
 #pragma once
 // A slab of coarse grains that is its own neighbour across, and a wheel that rolls through it.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -30,6 +34,35 @@ inline std::vector<BodyResult> roll_slab(Terrain& t, int from, int to, double x 
     out.push_back(step_one(t, kStep * i, kStep, m));
   }
   return out;
+}
+
+/// 700 steps, whole, with two threads, and stopped after 400, saved and loaded into a new one: same bits. `check` sees those two and the whole.
+template <class Make, class Check>
+void expect_same_bits_after_load_and_on_two_threads(const Make& make, const Check& check) {
+  const std::unique_ptr<Terrain> whole = make(), first = make(), second = make(), two = make();
+  two->set_threads(2);
+  roll_slab(*whole, 0, 700);
+  roll_slab(*two, 0, 700);
+  roll_slab(*first, 0, 400);
+  State saved = state_of(*first);
+  saved.rewind(State::Mode::load);
+  second->traverse(saved);
+  saved.finish();
+  roll_slab(*second, 400, 700);
+  for (Terrain* t : {second.get(), two.get()}) {
+    const auto d = State::first_difference(state_of(*whole), state_of(*t));
+    EXPECT_FALSE(d) << d->field << '[' << d->index << "]: " << d->left << " became " << d->right;
+    check(*t, *whole);
+  }
+}
+
+inline std::string error_of(const std::function<void()>& f) {
+  try {
+    f();
+  } catch (const std::exception& e) {
+    return e.what();
+  }
+  return "no error";
 }
 
 inline Vec3 mean_force(const std::vector<BodyResult>& r, std::size_t from) {

@@ -110,30 +110,11 @@ TEST(Walls, ForcesAreThoseOfTheWheelsWidthAndDoNotDependOnItsPlace) {
 }
 
 TEST(Walls, SavedAndLoadedContinuesBitByBitOnAnyThreads) {
-  const auto whole = between_walls(), first = between_walls(), second = between_walls(), two = between_walls();
-  two->set_threads(2);
-  roll_slab(*whole, 0, 700);
-  roll_slab(*two, 0, 700);
-  roll_slab(*first, 0, 400);
-  State saved = state_of(*first);
-  saved.rewind(State::Mode::load);
-  second->traverse(saved);
-  saved.finish();
-  roll_slab(*second, 400, 700);
-  for (Terrain* t : {second.get(), two.get()}) {
-    const auto d = State::first_difference(state_of(*whole), state_of(*t));
-    EXPECT_FALSE(d) << d->field << '[' << d->index << "]: " << d->left << " became " << d->right;
-    EXPECT_EQ(walls_of(*t).wall_impulses()[0], walls_of(*whole).wall_impulses()[0]);
-  }
-}
-
-std::string error_of(const std::function<void()>& f) {
-  try {
-    f();
-  } catch (const std::exception& e) {
-    return e.what();
-  }
-  return "no error";
+  expect_same_bits_after_load_and_on_two_threads([] { return between_walls(); },
+                                                 [](const Terrain& t, const Terrain& whole) {
+                                                   EXPECT_EQ(walls_of(t).wall_impulses()[0],
+                                                             walls_of(whole).wall_impulses()[0]);
+                                                 });
 }
 
 TEST(Walls, NameWhatTheyCannotBound) {
@@ -167,8 +148,8 @@ TEST(Walls, WantABedThatWasPouredBetweenThem) {
     p.ly = 1e-3 * slab_mm;
     p.height = 0.13;
     p.slab = poured_between;
-    const std::filesystem::path bed =
-        std::filesystem::temp_directory_path() / ("walls_test_" + std::to_string(getpid()) + "_" + std::to_string(++beds) + ".h5");
+    const std::filesystem::path bed = std::filesystem::temp_directory_path() /
+                                      ("walls_test_" + std::to_string(getpid()) + "_" + std::to_string(++beds) + ".h5");
     std::filesystem::remove(bed);
     dem::write_bed(dem::pour(soil, p), bed, "bed of a test");
     const std::string text = error_of([&] {
