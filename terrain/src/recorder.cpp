@@ -18,6 +18,7 @@ using namespace hdf5;
 namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr hsize_t chunk_rows = 1024;
+constexpr std::uint64_t compressed_from = 4096;  ///< values of a static
 
 struct Channel {
   ChannelSpec spec;
@@ -299,8 +300,16 @@ void Recorder::write_static(const ChannelSpec& s, std::span<const double> values
       fail(file, "dataset '" + s.name + "' exists with other extents; resume with the version that wrote it");
   } else {
     const Dataspace space(H5Screate_simple(static_cast<int>(size.size()), size.data(), nullptr));
+    const Properties creation(H5Pcreate(H5P_DATASET_CREATE));
+    if (n >= compressed_from) {
+      std::vector<hsize_t> chunk = size;
+      chunk[0] = std::min<hsize_t>(chunk[0], 1 << 16);
+      H5Pset_chunk(creation.get(), static_cast<int>(chunk.size()), chunk.data());
+      H5Pset_shuffle(creation.get());
+      H5Pset_deflate(creation.get(), 4);
+    }
     d = Dataset(must(H5Dcreate2(impl_->file.get(), s.name.c_str(), H5T_IEEE_F64LE, space.get(), H5P_DEFAULT,
-                                H5P_DEFAULT, H5P_DEFAULT),
+                                creation.get(), H5P_DEFAULT),
                      file, "create dataset '" + s.name + "'"));
     write_spec(d.get(), s, file);
   }

@@ -57,7 +57,7 @@ class Recorder {
   void end_frame(double t);
   std::uint64_t frames() const;
 
-  /// A dataset of its own that does not grow with frames (ground, meshes, results of a rig): dims row-major.
+  /// A dataset of its own that does not grow with frames (ground, meshes, results of a rig): dims row-major; deflated from 4096 values on.
   void write_static(const ChannelSpec& s, std::span<const double> values, const std::vector<std::uint64_t>& dims);
   void set_attribute(const std::string& name, const std::string& value);
   void set_attribute(const std::string& name, double value);
