@@ -80,5 +80,21 @@ TEST(LawInTheRig, ErrorBarsAndWhatLiesOutsideReachTableAndPage) {
   EXPECT_TRUE(std::isnan(value(nodes, "outside"))) << "a model that was not fitted to data says so";
 }
 
+TEST(StoredRun, OfTheRobotOnGrainsIsThatOfTheExample) {
+  const fs::path example = source / "examples" / "18_surrogate_in_3d",
+                 inputs = example / "grains_run" / "inputs" / "18_surrogate_in_3d";
+  for (const char* file : {"robot.yaml", "wheel.yaml", "soil.yaml"})
+    EXPECT_EQ(read_text(inputs / file), read_text(example / file)) << "run it again: README.md";
+  // The scenario but for the options of the surrogate.
+  const auto lines = [](const fs::path& file) {
+    std::istringstream text(read_text(file));
+    std::vector<std::string> out;
+    for (std::string line; std::getline(text, line);)
+      if (line.find("    sdem.v2: ") != 0) out.push_back(line);
+    return out;
+  };
+  EXPECT_EQ(lines(inputs / "rough.yaml"), lines(example / "rough.yaml")) << "run it again: README.md";
+}
+
 }  // namespace
 }  // namespace grouser::test
