@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kKind = "sdem law";
-constexpr double kFormat = 3;
+constexpr double kFormat = 4;
 constexpr double kSteepest = 0.7;  ///< tilt beyond which mu and tau stay
 constexpr double kHeld = 2;        ///< rise over d0 beyond which forces stay
 

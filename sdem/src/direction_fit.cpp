@@ -16,7 +16,7 @@ namespace {
 constexpr double kStep = 1e-3;  ///< [s]
 constexpr double kGravity = 9.81;
 constexpr double kWindow = 25e-3;  ///< [m] of the way
-constexpr double kFirst = 10e-3;   ///< [m] of the way before the first window
+constexpr double kFirst = 40e-3;   ///< [m] of the way before the first window: a wheel has built its pile by then
 // What windows of two packings differ by.
 constexpr double kSdHeight = 0.7e-3, kSdShare = 0.15, kSdTorque = 0.1, kSdLog = 0.4, kSdProfile = 2e-3;
 constexpr double kHeld = 2;        ///< forces of a held wheel jump: spreads are so many times larger
@@ -310,6 +310,18 @@ double deviation(const std::vector<double>& v) {
   return std::sqrt(sum / static_cast<double>(v.size() - 1));
 }
 
+/// Less the straight line through it: where a wheel drifts over the whole way, no grain moved it.
+void remove_trend(std::vector<double>& v) {
+  const auto n = static_cast<double>(v.size());
+  if (v.size() < 3) return;
+  const double middle = (n - 1) / 2;
+  double mean = 0, slope = 0;
+  for (std::size_t i = 0; i < v.size(); ++i) mean += v[i] / n;
+  for (std::size_t i = 0; i < v.size(); ++i) slope += (static_cast<double>(i) - middle) * v[i];
+  slope /= n * (n * n - 1) / 12;
+  for (std::size_t i = 0; i < v.size(); ++i) v[i] -= mean + slope * (static_cast<double>(i) - middle);
+}
+
 /// Lag [samples] at which the autocorrelation falls to a half; 0 where it does not within the series.
 double half_lag(const std::vector<double>& v) {
   double mean = 0;
@@ -364,6 +376,8 @@ Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>
       for (const double z : b[0]) out.height += z / static_cast<double>(b[0].size());
       for (const double d : t.depth) out.depth += d / static_cast<double>(t.depth.size());
       for (std::size_t k = 0; k < 3; ++k) {
+        remove_trend(a[k]);
+        remove_trend(b[k]);
         out.grains[k] += deviation(a[k]);
         out.law[k] += deviation(b[k]);
       }

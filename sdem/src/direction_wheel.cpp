@@ -86,7 +86,7 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
     // Soil half a radius ahead over the plane of the contact; one that is shorter than that way shows its plane the less.
     const double half = (dt >= 0 ? 0.5 : -0.5) * r, ahead = rut_.height(s + half),
                  seen = std::isfinite(ahead)
-                            ? (ahead - top - (z - r + d + half * tilt)) * std::min(1.0, o.length / std::abs(half))
+                            ? (ahead - (z - r + d + half * tilt)) * std::min(1.0, o.length / std::abs(half))
                             : 0;
     rise_ = seen + (rise_ - seen) * std::exp(-way / kMet);
     const double rise = rise_;

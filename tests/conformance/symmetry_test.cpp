@@ -66,15 +66,18 @@ TEST_P(Symmetry, TurningAndMovingTheWorldTurnsTheAnswer) {
       return BodyMotion{X * m.X_WB_begin, X * m.X_WB_end, {X.q * m.V_WB_end.v, X.q * m.V_WB_end.w}, {}};
     });
     // Coordinates of 50 m round at 1e-14 m, 1e-12 of the sinkage; a law that differentiates it once loses two digits
-    // more. Soil in cells that stay where they are is read between them, another place is another phase of the cells: 2 %.
-    const double rounding = GetParam() == "sdem.v2:rows" ? 0.02 : 1e-8;
+    // more. Soil in cells that stay where they are is read between them, another place is another phase of the cells: 0.5 %, of forces of the
+    // normal force (a drawbar pull is what two large ones leave).
+    const bool cells = GetParam() == "sdem.v2:rows";
+    const double rounding = cells ? 5e-3 : 1e-8;
     const double force = rounding * largest(a.impulse), moment = force * radius();
     for (std::size_t i = 0; i < a.impulse.size(); ++i) {
       ASSERT_LE((X.q * a.impulse[i] - b.impulse[i]).norm(), force) << "step " << i << ", yaw " << yaw;
       ASSERT_LE((X.q * a.angular[i] - b.angular[i]).norm(), moment) << "step " << i << ", yaw " << yaw;
-      for (std::size_t k = 0; k < 8; ++k)
-        ASSERT_NEAR(a.report[i][k], b.report[i][k], rounding * (1 + std::abs(a.report[i][k])))
-            << "report " << k << ", step " << i;
+      for (std::size_t k = 0; k < 8; ++k) {
+        const double scale = !cells || k < 4 ? 1 + std::abs(a.report[i][k]) : a.report[i][4] * (k == 7 ? radius() : 1);
+        ASSERT_NEAR(a.report[i][k], b.report[i][k], rounding * scale) << "report " << k << ", step " << i;
+      }
     }
   }
 }
