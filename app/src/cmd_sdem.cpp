@@ -135,6 +135,8 @@ void add_sdem_command(CLI::App& cli, int& code) {
   fit->add_option("--runs", l->runs, "folder of the runs (default runs/sdem-<plan>)");
   fit->add_option("--out", l->out, "file of the law (default law.h5 in the folder of the runs)");
   fit->add_option("--start", l->start, "law whose coefficients the fit begins with");
+  fit->add_flag("--keep-coefficients", l->keep_coefficients,
+                "only the fluctuation of grains and the spread are fitted, to the coefficients of --start");
   fit->add_flag("--partly", l->partly, "fit the runs that are there");
   fit->add_flag("--without-memory", l->without_memory, "ablation: no elastic memory, forces by direction alone");
   fit->add_flag("--without-pile", l->without_pile, "ablation: displaced soil is compacted, none goes ahead or behind");

@@ -53,6 +53,8 @@ int sdem_fit(SdemFitArguments a) {
   if (a.out.empty()) a.out = a.runs / "law.h5";
   if (fs::exists(a.out) && !a.overwrite)
     throw ConfigError(a.out.string(), 0, 0, "is there already; use --overwrite, or another file with --out");
+  if (a.keep_coefficients && a.start.empty())
+    throw ConfigError("--keep-coefficients", 0, 0, "needs --start, the law whose coefficients are kept");
   std::vector<sdem::TrainingRecord> records;
   std::string inputs;
   std::size_t there = 0;
@@ -85,6 +87,7 @@ int sdem_fit(SdemFitArguments a) {
   sdem::FitSettings settings;
   settings.wheel.memory = !a.without_memory;
   settings.wheel.pile = !a.without_pile;
+  if (a.keep_coefficients) settings.evaluations = 0;
   const sdem::FitReport report = sdem::fit(p, runs, records, law, settings, [&](int n, double cost) {
     if (!a.quiet) fmt::print(stderr, "{} evaluations, cost {:.5g}\n", n, cost);
   });
@@ -94,11 +97,12 @@ int sdem_fit(SdemFitArguments a) {
   for (std::size_t k = 0; k < sdem::kCoefficients; ++k)
     fmt::print("{:<12}{:>10.4g}  {}\n", sdem::coefficient_infos()[k].name, law.c[k], sdem::coefficient_infos()[k].what);
   fmt::print(
-      "spread of runs about the law: height {:.3g} mm, mu {:.3g}, tau {:.3g}; noise of grains: {:.3g}, {:.3g}, "
+      "spread of runs about the law: height {:.3g} mm, mu {:.3g}, tau {:.3g}; noise of grains: {:.3g} mm, {:.3g}, "
       "{:.3g}\n",
-      1e3 * law.spread[0], law.spread[1], law.spread[2], law.grain[0], law.grain[1], law.grain[2]);
-  fmt::print("fluctuation of the law over that of grains: height {:.2f}, Fx {:.2f}, torque {:.2f}\n",
-             report.sd_ratio[0], report.sd_ratio[1], report.sd_ratio[2]);
+      1e3 * law.spread[0], law.spread[1], law.spread[2], 1e3 * law.grain[0], law.grain[1], law.grain[2]);
+  fmt::print(
+      "fluctuation of the law over that of grains: height {:.2f}, Fx {:.2f}, torque {:.2f}; not fitted: Fz {:.2f}\n",
+      report.sd_ratio[0], report.sd_ratio[1], report.sd_ratio[2], report.sd_ratio[3]);
   print_runs(runs, report.windows);
   fmt::print("law: {}, hash {}\n", a.out.string(), law.hash_text());
   return 0;
@@ -112,7 +116,8 @@ int sdem_compare(const SdemCompareArguments& a) {
   const fs::path folder = a.runs.empty() ? fs::path("runs") / ("sdem-" + a.plan_file.stem().string()) : a.runs;
   fmt::print(
       "run,ground,seed,load_N,slip,rest_s,height_mm,law_height_mm,height_sd_mm,law_height_sd_mm,fx_N,law_fx_N,fx_sd_N,"
-      "law_fx_sd_N,torque_Nm,law_torque_Nm,torque_sd_Nm,law_torque_sd_Nm,profile_rms_mm,outside,drift_m2,way_m,"
+      "law_fx_sd_N,torque_Nm,law_torque_Nm,torque_sd_Nm,law_torque_sd_Nm,fz_N,law_fz_N,fz_sd_N,law_fz_sd_N,profile_rms_"
+      "mm,outside,drift_m2,way_m,"
       "simulated_s,processor_s,law_processor_s,bar_height_mm,bar_fx_N,bar_torque_Nm\n");
   for (const sdem::TrainingRun& r : runs) {
     const fs::path file = folder / (r.name + ".h5");
@@ -125,7 +130,7 @@ int sdem_compare(const SdemCompareArguments& a) {
     for (char& x : ground)
       if (x == ',') x = ';';
     fmt::print("{},{},{},{:.4g},{:.3g},{:.3g}", r.name, ground, r.seed, c.load, c.slip, r.rest);
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < c.law.size(); ++k) {
       const double unit = k == 0 ? 1e3 : 1;
       fmt::print(",{:.5g},{:.5g},{:.4g},{:.4g}", unit * c.grains[k], unit * c.law[k], unit * c.grains_sd[k],
                  unit * c.law_sd[k]);

@@ -5,7 +5,8 @@ namespace grouser::app {
 
 struct SdemFitArguments {
   std::filesystem::path plan_file, runs, out, start;
-  bool overwrite = false, quiet = false, partly = false, without_memory = false, without_pile = false;
+  bool overwrite = false, quiet = false, partly = false, keep_coefficients = false;
+  bool without_memory = false, without_pile = false;
 };
 /// Fits the law of sdem.v2 to the runs of a training plan; returns the exit code.
 int sdem_fit(SdemFitArguments a);

@@ -16,17 +16,19 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kKind = "sdem law";
-constexpr double kFormat = 4;
+constexpr double kFormat = 5;
 constexpr double kSteepest = 0.7;  ///< tilt beyond which mu and tau stay
 constexpr double kHeld = 2;        ///< rise over d0 beyond which forces stay
 
 /// Everything of a law that counts, as numbers.
 std::vector<double> numbers(const Direction& d) {
-  std::vector<double> v{d.radius,      d.width,           d.column,          d.grain_slope, d.grain_curve,
-                        d.grain_shift, d.grain_length[0], d.grain_length[1], d.grain_joint, d.outside_limit};
+  std::vector<double> v{d.radius,          d.width,       d.column,       d.grain_turn,
+                        d.grain_rise,      d.grain_slope, d.grain_curve,  d.grain_length[0],
+                        d.grain_length[1], d.grain_joint, d.outside_limit};
   v.insert(v.end(), d.c.begin(), d.c.end());
   v.insert(v.end(), d.spread.begin(), d.spread.end());
   v.insert(v.end(), d.grain.begin(), d.grain.end());
+  for (const auto& shift : d.grain_shift) v.insert(v.end(), shift.begin(), shift.end());
   v.insert(v.end(), d.centre.begin(), d.centre.end());
   v.insert(v.end(), d.inverse.begin(), d.inverse.end());
   return v;
@@ -35,8 +37,8 @@ std::vector<double> numbers(const Direction& d) {
 bool take(Direction& d, const std::vector<double>& v) {
   if (v.size() != numbers(d).size()) return false;
   auto from = v.begin();
-  for (double* x : {&d.radius, &d.width, &d.column, &d.grain_slope, &d.grain_curve, &d.grain_shift, &d.grain_length[0],
-                    &d.grain_length[1], &d.grain_joint, &d.outside_limit})
+  for (double* x : {&d.radius, &d.width, &d.column, &d.grain_turn, &d.grain_rise, &d.grain_slope, &d.grain_curve,
+                    &d.grain_length[0], &d.grain_length[1], &d.grain_joint, &d.outside_limit})
     *x = *from++;
   const auto fill = [&](auto& array) {
     std::copy_n(from, array.size(), array.begin());
@@ -45,6 +47,7 @@ bool take(Direction& d, const std::vector<double>& v) {
   fill(d.c);
   fill(d.spread);
   fill(d.grain);
+  for (auto& shift : d.grain_shift) fill(shift);
   fill(d.centre);
   fill(d.inverse);
   return true;
@@ -101,6 +104,19 @@ double Direction::press(double d) const {
   return d > 0 ? std::exp(at(Coefficient::ln_p) + at(Coefficient::q) * std::log(d / kDepth)) : 0;
 }
 
+double Direction::turned(double b, double sharper) const {
+  return std::tanh(sharper * (b - at(Coefficient::middle)) / std::exp(at(Coefficient::ln_sharp)));
+}
+
+double Direction::grain_deep(double b) const {
+  b = std::clamp(b, kLeast, kMost);
+  return grain[0] * std::exp(grain_turn * turned(b, 2) + grain_rise * b);
+}
+
+double Direction::grain_shifted(std::size_t k, double b) const {
+  return grain_shift[k][0] + grain_shift[k][1] * turned(std::clamp(b, kLeast, kMost), 2);
+}
+
 double Direction::grain_share(double b) const {
   b = std::clamp(b, kLeast, kMost);
   return std::exp(b * (grain_slope + b * grain_curve));
@@ -114,8 +130,7 @@ Level Direction::level(double dx, double rim, double d, double tilt, double rise
   const double x = d / kDepth - 1, open = 1 - std::exp(std::min(0.0, rise) / kDepth),
                held = std::clamp(rise / kDepth, -kHeld, kHeld);
   const auto forward = [&](double angle) {
-    const double b = std::clamp((angle - pi / 4) / (pi / 6), kLeast, kMost),
-                 e = std::tanh((b - at(C::middle)) / std::exp(at(C::ln_sharp)));
+    const double b = std::clamp((angle - pi / 4) / (pi / 6), kLeast, kMost), e = turned(b);
     // Far beyond the depths of training a linear change would turn the sign.
     const double y = std::clamp(x, -1.0, 2.0), slope = std::clamp(sign * tilt, -kSteepest, kSteepest);
     Level l;
@@ -181,13 +196,13 @@ void Direction::write(const fs::path& file) const {
     out.set_attribute("wheel", wheel);
     out.set_attribute("soil", soil);
     const std::vector<double> v = numbers(*this);
-    out.write_static(
-        {"law", "1",
-         "radius, width, column, slope, curve and shift of the grain noise, its two lengths and correlation, limit; "
-         "then the coefficients "
-         "in the order of `names`, spreads, grain, centre, inverse covariance; SI",
-         "", 1},
-        v, {v.size()});
+    out.write_static({"law", "1",
+                      "radius, width, column, turn, rise, slope, curve of the grain noise, its two lengths and "
+                      "correlation, limit; "
+                      "then the coefficients "
+                      "in the order of `names`, spreads, grain, its shifts, centre, inverse covariance; SI",
+                      "", 1},
+                     v, {v.size()});
     std::string names;
     for (const CoefficientInfo& i : coefficient_infos()) names += std::string(i.name) + ": " + i.what + "\n";
     out.set_attribute("names", names);

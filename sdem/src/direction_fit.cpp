@@ -6,6 +6,7 @@
 #include <ctime>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <unsupported/Eigen/NonLinearOptimization>
 #include <unsupported/Eigen/NumericalDiff>
 
@@ -339,15 +340,17 @@ double half_lag(const std::vector<double>& v) {
 }
 
 constexpr std::uint64_t kSeeds = 4;  ///< of the law for each run of grains
+constexpr double kDeepest = 5e-3;    ///< amplitude of the noise of depth [m]
 
-/// Fluctuations of free level runs: standard deviations in time of height, Fx and torque over their load, grains and law.
+/// Fluctuations of free level runs: standard deviations in time of height, Fx, torque and Fz over their load, grains and law.
 struct Fluctuation {
-  std::array<double, 3> grains{}, law{};
+  std::array<double, 4> grains{}, law{};
   /// ln of the ways over which half of it is forgotten, law over grains: height, Fx.
   std::array<double, 2> longer{};
   double joint = 0;
-  double height = 0, depth = 0;              ///< of the law, means [m]
-  std::vector<std::array<double, 2>> ratio;  ///< of each run: b, ln of the deviations of Fx, law over grains
+  /// Of each run: b, ln of the deviations of height and Fx, law over grains; means of the law: height [m], Fx and torque over
+  /// load (and radius).
+  std::vector<std::array<double, 6>> ratio;
   int runs = 0;
 };
 Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>& law,
@@ -361,28 +364,35 @@ Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>
       DirectionSettings own = settings;
       own.seed = kSeeds * w.run + seed;
       const Trace t = drive(w, *p.run_of(w).ground, law, own);
-      std::array<std::vector<double>, 3> a, b;
+      std::array<std::vector<double>, 4> a, b;
       const double from = w.x.front() + 0.4 * (w.x.back() - w.x.front());
       for (std::size_t i = 0; i < w.t.size(); ++i) {
         if (!w.free[i] || w.x[i] < from) continue;
         a[0].push_back(w.z[i]);
         a[1].push_back(w.fx[i] / w.load);
         a[2].push_back(-w.torque[i] / w.load / law->radius);
+        a[3].push_back(w.fz[i] / w.load);
         b[0].push_back(t.z[i]);
         b[1].push_back(t.fx[i] / w.load);
         b[2].push_back(t.torque[i] / w.load / law->radius);
+        b[3].push_back(t.fz[i] / w.load);
       }
       if (a[0].size() < 50) continue;
-      for (const double z : b[0]) out.height += z / static_cast<double>(b[0].size());
-      for (const double d : t.depth) out.depth += d / static_cast<double>(t.depth.size());
-      for (std::size_t k = 0; k < 3; ++k) {
+      const auto mean = [](const std::vector<double>& v) {
+        return std::accumulate(v.begin(), v.end(), 0.0) / static_cast<double>(v.size());
+      };
+      const std::array<double, 3> means{mean(b[0]), mean(b[1]), mean(b[2])};
+      for (std::size_t k = 0; k < 4; ++k) {
         remove_trend(a[k]);
         remove_trend(b[k]);
         out.grains[k] += deviation(a[k]);
         out.law[k] += deviation(b[k]);
       }
-      const double ratio = std::log(std::max(1e-3, deviation(b[1])) / std::max(1e-3, deviation(a[1])));
-      out.ratio.push_back({law->b_of(1 - p.run_of(w).slips[0], 1), ratio});
+      const auto ratio = [&](std::size_t k, double least) {
+        return std::log(std::max(least, deviation(b[k])) / std::max(least, deviation(a[k])));
+      };
+      out.ratio.push_back(
+          {law->b_of(1 - p.run_of(w).slips[0], 1), ratio(0, 1e-5), ratio(1, 1e-3), means[0], means[1], means[2]});
       double mx = 0, mt = 0, c = 0;
       for (std::size_t i = 0; i < a[1].size(); ++i) {
         mx += a[1][i] / static_cast<double>(a[1].size());
@@ -398,41 +408,52 @@ Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>
       ++out.runs;
     }
   }
-  for (std::size_t k = 0; k < 3; ++k) {
+  for (std::size_t k = 0; k < 4; ++k) {
     out.grains[k] /= std::max(1, out.runs);
     out.law[k] /= std::max(1, out.runs);
   }
   for (double& x : out.longer) x /= std::max(1, out.runs);
   out.joint /= std::max(1, out.runs);
-  out.height /= std::max(1, out.runs);
-  out.depth /= std::max(1, out.runs);
   return out;
 }
 
 /// Amplitudes and lengths of the grain noise with which the law fluctuates as the grains do, and the shift that keeps its mean height.
-void set_noise(const Problem& p, Direction& law, const DirectionSettings& wheel, std::array<double, 3>& ratio) {
-  law.grain = {0.5, 0.15, 0.08};
+void set_noise(const Problem& p, Direction& law, const DirectionSettings& wheel, std::array<double, 4>& ratio) {
+  law.grain = {0.7e-3, 0.15, 0.08};
   law.grain_length = Direction{}.grain_length;
   DirectionSettings noisy = wheel;
   noisy.grain_noise = 1;
   DirectionSettings still = wheel;
   still.grain_noise = 0;
   const Fluctuation quiet = fluctuation(p, std::make_shared<const Direction>(law), still);
-  law.grain_shift = 0;
+  law.grain_shift = {};
   constexpr int kTurns = 8;
   for (int turn = 0; turn < kTurns; ++turn) {
     const Fluctuation f = fluctuation(p, std::make_shared<const Direction>(law), noisy);
     if (f.runs == 0) return;
     if (turn + 1 < kTurns) {
-      // ln ratio = c + slope b + curve b^2 over the runs, least squares.
-      Eigen::MatrixXd a(static_cast<Eigen::Index>(f.ratio.size()), 3);
-      Eigen::VectorXd y(a.rows());
+      // ln ratio of Fx = c + slope b + curve b^2, of height c + turn tanh + rise b over the runs, least squares.
+      Eigen::MatrixXd a(static_cast<Eigen::Index>(f.ratio.size()), 3), c(a.rows(), 3);
+      Eigen::VectorXd y(a.rows()), z(a.rows());
+      Eigen::MatrixXd off(a.rows(), 3);
       for (Eigen::Index i = 0; i < a.rows(); ++i) {
-        const double b = f.ratio[static_cast<std::size_t>(i)][0];
-        a.row(i) << 1, b, b * b;
-        y[i] = f.ratio[static_cast<std::size_t>(i)][1];
+        const std::array<double, 6>& r = f.ratio[static_cast<std::size_t>(i)];
+        for (Eigen::Index k = 0; k < 3; ++k) {
+          const auto j = static_cast<std::size_t>(k) + 3;
+          off(i, k) = r[j] - quiet.ratio[static_cast<std::size_t>(i)][j];
+        }
+        a.row(i) << 1, r[0], r[0] * r[0];
+        c.row(i) << 1, law.turned(r[0], 2), r[0];
+        z[i] = r[1];
+        y[i] = r[2];
       }
-      const Eigen::VectorXd x = a.colPivHouseholderQr().solve(y);
+      const Eigen::VectorXd x = a.colPivHouseholderQr().solve(y), u = c.colPivHouseholderQr().solve(z);
+      law.grain_turn = std::clamp(law.grain_turn - u[1], -2.0, 2.0);
+      law.grain_rise = std::clamp(law.grain_rise - u[2], -2.0, 2.0);
+      const Eigen::MatrixXd v = c.leftCols(2).colPivHouseholderQr().solve(off);
+      for (Eigen::Index k = 0; k < 3; ++k)
+        for (Eigen::Index m = 0; m < 2; ++m)
+          law.grain_shift[static_cast<std::size_t>(k)][static_cast<std::size_t>(m)] -= v(m, k);
       law.grain_slope = std::clamp(law.grain_slope - x[1], -2.0, 2.0);
       law.grain_curve = std::clamp(law.grain_curve - x[2], -2.0, 2.0);
     }
@@ -440,12 +461,10 @@ void set_noise(const Problem& p, Direction& law, const DirectionSettings& wheel,
       for (std::size_t k = 0; k < 2; ++k)
         law.grain_length[k] = std::clamp(law.grain_length[k] * std::exp(-f.longer[k]), 2e-3, 40e-3);
     law.grain_joint = std::clamp(f.joint, 0.0, 0.95);
+    for (std::size_t k = 0; k < 4; ++k) ratio[k] = f.law[k] / std::max(1e-12, f.grains[k]);
     if (turn + 1 < kTurns)
-      law.grain_shift -= law.at(Coefficient::n0) * (f.height - quiet.height) / std::max(1e-3, quiet.depth);
-    for (std::size_t k = 0; k < 3; ++k) {
-      ratio[k] = f.law[k] / std::max(1e-12, f.grains[k]);
-      if (turn + 1 < kTurns) law.grain[k] = std::clamp(law.grain[k] / std::max(0.2, ratio[k]), 0.0, 1.5);
-    }
+      for (std::size_t k = 0; k < 3; ++k)
+        law.grain[k] = std::clamp(law.grain[k] / std::max(0.2, ratio[k]), 0.0, k == 0 ? kDeepest : 1.5);
   }
 }
 
@@ -506,7 +525,7 @@ FitReport fit(const TrainingPlan& p, const std::vector<TrainingRun>& runs, const
   lm.parameters.ftol = 2e-4;
   lm.parameters.xtol = 1e-4;
   lm.parameters.factor = 1;
-  auto status = lm.minimizeInit(x);
+  auto status = settings.evaluations > 0 ? lm.minimizeInit(x) : Eigen::LevenbergMarquardtSpace::UserAsked;
   while (status == Eigen::LevenbergMarquardtSpace::Running || status == Eigen::LevenbergMarquardtSpace::NotStarted) {
     status = lm.minimizeOneStep(x);
     if (progress) progress(static_cast<int>(lm.nfev), 0.5 * lm.fnorm * lm.fnorm);
@@ -515,7 +534,7 @@ FitReport fit(const TrainingPlan& p, const std::vector<TrainingRun>& runs, const
   report.evaluations = static_cast<int>(lm.nfev);
   problem(x, f);
   report.cost_after = 0.5 * f.squaredNorm();
-  law = problem.law_at(x);
+  if (settings.evaluations > 0) law = problem.law_at(x);
   const auto fitted = std::make_shared<const Direction>(law);
   for (const Way& w : problem.ways())
     windows_of(w, *runs[w.run].ground, law.radius, drive(w, *runs[w.run].ground, fitted, settings.wheel),
@@ -538,18 +557,19 @@ Comparison compare(const TrainingPlan& p, const TrainingRun& r, const TrainingRe
   c.slip = r.slips.empty() ? 0 : r.slips.back();
   c.x_to = w.x.back();
   c.x_from = w.x.back() - share * r.distance;
-  std::array<std::vector<double>, 6> v;
+  std::array<std::vector<double>, 8> v;
   for (std::size_t i = 0; i < w.t.size(); ++i) {
     if (w.x[i] < c.x_from) continue;
     const double h = r.ground->height(w.x[i], 0) + p.radius;
-    const std::array<double, 6> now{w.z[i] - h, w.fx[i], -w.torque[i], t.z[i] - h, t.fx[i], t.torque[i]};
-    for (std::size_t k = 0; k < 6; ++k) v[k].push_back(now[k]);
+    const std::array<double, 8> now{w.z[i] - h, w.fx[i], -w.torque[i], w.fz[i],
+                                    t.z[i] - h, t.fx[i], t.torque[i],  t.fz[i]};
+    for (std::size_t k = 0; k < now.size(); ++k) v[k].push_back(now[k]);
   }
-  for (std::size_t k = 0; k < 3; ++k) {
+  for (std::size_t k = 0; k < 4; ++k) {
     for (const double x : v[k]) c.grains[k] += x / static_cast<double>(v[k].size());
-    for (const double x : v[k + 3]) c.law[k] += x / static_cast<double>(v[k].size());
+    for (const double x : v[k + 4]) c.law[k] += x / static_cast<double>(v[k].size());
     c.grains_sd[k] = deviation(v[k]);
-    c.law_sd[k] = deviation(v[k + 3]);
+    c.law_sd[k] = deviation(v[k + 4]);
   }
   std::map<std::int64_t, std::pair<double, double>> seen;
   for (std::size_t k = 0; k < record.profile_sample.size(); ++k)

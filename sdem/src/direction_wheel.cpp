@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kPiece = 1e-3;   ///< [m] of the way in a piece of a step
 constexpr double kTurned = 0.15;  ///< of mu and tau
+constexpr double kNearer = 0.8;   ///< of the depth, by which grains may lie nearer or farther
 constexpr double kMet =
     8e-3;  ///< way over which soil ahead is met [m]: columns make its rise jump, and the tilt with it
 
@@ -18,18 +19,23 @@ constexpr double kMet =
 constexpr double kDry = 0.02;
 constexpr double kStill = 1e-3;  ///< [m/s]
 
-/// Standard normal number of (seed, channel, place): splitmix64, sum of four uniform ones scaled.
+/// Finalizer of splitmix64 (Steele, Lea, Flood 2014).
+std::uint64_t mixed(std::uint64_t x) {
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
+  return x ^ (x >> 31);
+}
+
+/// Standard normal number of (seed, channel, place): sum of four uniform ones scaled. Seed and channel are mixed first: neighbouring seeds
+/// share nothing.
 double gauss(std::uint64_t seed, int channel, std::int64_t place) {
-  std::uint64_t x = seed * 0x9e3779b97f4a7c15ULL + static_cast<std::uint64_t>(channel) * 0xbf58476d1ce4e5b9ULL +
-                    static_cast<std::uint64_t>(place) * 0x94d049bb133111ebULL;
+  constexpr std::uint64_t kStride = 0x9e3779b97f4a7c15ULL;
+  std::uint64_t x = mixed(mixed(seed + kStride) + static_cast<std::uint64_t>(channel)) +
+                    4 * kStride * static_cast<std::uint64_t>(place);
   double sum = 0;
   for (int k = 0; k < 4; ++k) {
-    x += 0x9e3779b97f4a7c15ULL;
-    std::uint64_t y = x;
-    y = (y ^ (y >> 30)) * 0xbf58476d1ce4e5b9ULL;
-    y = (y ^ (y >> 27)) * 0x94d049bb133111ebULL;
-    y ^= y >> 31;
-    sum += static_cast<double>(y >> 11) * 0x1.0p-53 - 0.5;
+    sum += static_cast<double>(mixed(x) >> 11) * 0x1.0p-53 - 0.5;
+    x += kStride;
   }
   return sum * std::sqrt(3.0);
 }
@@ -73,6 +79,7 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
       m_ *= q;
       y_ *= q;
       rise_ *= q;
+      nearer_ = 0;
       last_ = {};
       last_along_ = 0;
       continue;
@@ -90,6 +97,17 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
                             : 0;
     rise_ = seen + (rise_ - seen) * std::exp(-way / kMet);
     const double rise = rise_;
+    // Grains lie nearer to the wheel or farther from it than their mean surface: it meets them, spring and all, at another depth.
+    const double b = law.b_of(std::abs(dt), dt >= 0 ? rim : -rim), noisy = settings_.grain_noise;
+    double nearer = 0;
+    if (noisy > 0) {
+      // An amplitude that followed every swing of b at once would itself shake the wheel.
+      const double wave = law.grain_length[0];
+      slow_b_ = steps_ == 0 && i == 1 ? b : b + (slow_b_ - b) * std::exp(-way / wave);
+      nearer = noisy * (law.grain_deep(slow_b_) * noise(0, worn_ / wave) + noisy * law.grain_shifted(0, slow_b_));
+      nearer = std::clamp(nearer, -kNearer * d, kNearer * d);
+    }
+    const double deep = d + nearer;
     const double turn = settings_.side_turn;
     // D7: what a motion slides and turns by, in all.
     const auto across_of = [&](double t, double rolled, double aside) {
@@ -98,7 +116,7 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
     };
     // D8
     const auto level_of = [&](double t, double rolled, double aside) {
-      Level x = law.level(t, rolled, d, tilt, rise);
+      Level x = law.level(t, rolled, deep, tilt, rise);
       if (!(turn > 0) || aside == 0) return x;
       const double sine = aside / across_of(t, rolled, aside), lost = x.tau * (1 - std::sqrt(1 - sine * sine));
       x.tau -= lost;
@@ -106,13 +124,10 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
       return x;
     };
     Level level = level_of(dt, rim, side);
-    double x1 = 0, x2 = 0, x3 = 0;
-    if (settings_.grain_noise > 0) {
-      const double j = law.grain_joint;
-      const double a = settings_.grain_noise * law.grain[0];
-      x1 = a * noise(0, s / law.grain_length[0]) + settings_.grain_noise * settings_.grain_noise * law.grain_shift;
-      const double at = worn_ / law.grain_length[1], e = noise(1, at);
-      const double wide = settings_.grain_noise * law.grain_share(law.b_of(std::abs(dt), dt >= 0 ? rim : -rim));
+    double x2 = 0, x3 = 0;
+    if (noisy > 0) {
+      const double j = law.grain_joint, at = worn_ / law.grain_length[1], e = noise(1, at),
+                   wide = noisy * law.grain_share(b);
       // Friction that single grains turn round would push a wheel on: at most kTurned beyond none.
       const auto within = [](double x, double mean) {
         const double most = std::abs(mean) + kTurned;
@@ -120,15 +135,18 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
       };
       x2 = within(wide * law.grain[1] * e, level.mu);
       x3 = within(wide * law.grain[2] * (j * e + std::sqrt(std::max(0.0, 1 - j * j)) * noise(2, at)), level.tau);
-      level.force *= std::exp(x1);
+      const double forward = noisy * noisy * (dt >= 0 ? 1 : -1);
+      x2 += forward * law.grain_shifted(1, slow_b_);
+      x3 += forward * law.grain_shifted(2, slow_b_);
       level.mu += x2;
       level.tau += x3;
     }
-    const double most = std::max(level.force, law.press(d)), deeper = -gs * dx - gz * dh;
+    const double most = std::max(level.force, law.press(deep)), deeper = -gs * dx - gz * dh;
     // A wheel that begins inside the soil was pressed there.
     if (steps_ == 0 && i == 1 && elastic_ == 0) elastic_ = d - deeper;
     const double before = elastic_;
-    double raw = k * (elastic_ + deeper);
+    double raw = k * (elastic_ + deeper + nearer - nearer_);
+    nearer_ = nearer;
     if (settings_.memory) {
       raw = level.force + (raw - level.force) * std::exp(-way / l);
       raw = std::min(raw, most);
@@ -150,7 +168,7 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
     f.normal = n;
     f.depth = d;
     f.tilt = tilt;
-    f.b = law.b_of(std::abs(dt), dt >= 0 ? rim : -rim);
+    f.b = b;
     f.fs = n * (gs + u * cs);
     f.fz = n * (gz + u * sn);
     f.side = n * aside;
@@ -167,7 +185,7 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
     last_along_ = n * u;
     if (i == pieces) {
       const double kept = std::exp(-way * pieces / l), exponent = law.at(yields && most > level.force ? C::q : C::n0);
-      const double elastic = k * kept + (1 - kept) * exponent * level.force / d, plastic = exponent * n / d;
+      const double elastic = k * kept + (1 - kept) * exponent * level.force / deep, plastic = exponent * n / deep;
       f.rests = way * pieces < 1e-9;
       // At rest on the limit half of all motions yield, half are elastic.
       f.normal_slope = n <= 0 ? 0 : !yields ? elastic : f.rests ? 0.5 * (elastic + plastic) : plastic;
@@ -175,7 +193,7 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
       f.normal_z = gz;
       if (f.rests) {
         // At rest forces answer a motion either way like a spring that ends where it slides.
-        const Level drag = law.level(1, 0, d, tilt, rise), spin = law.level(0, 1, d, tilt, rise);
+        const Level drag = law.level(1, 0, deep, tilt, rise), spin = law.level(0, 1, deep, tilt, rise);
         f.along_slope = -n * std::abs(drag.mu) / lt;
         f.spin_slope = n * r * r * std::abs(spin.tau) / lt;
         f.side_slope = -n * settings_.side_friction / lt;
@@ -185,8 +203,8 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
                     w = level_of(dt * pieces, rim * pieces + e, side * pieces);
         f.along_slope =
             n * ((1 - gone) * (x.mu + x2 - level.mu) / e + gone / lt * (dt / way) * (level.mu + dry_u - u_before));
-        f.along_slope += u * ((1 - kept) * (x.force * std::exp(x1) - level.force) / e +
-                              kept / l * (dt / way) * (level.force - n_before));
+        f.along_slope +=
+            u * ((1 - kept) * (x.force - level.force) / e + kept / l * (dt / way) * (level.force - n_before));
         f.spin_slope =
             n * r * r *
             ((1 - gone) * (w.tau + x3 - level.tau) / e + gone / lt * (rim / way) * (level.tau - dry_m - m_before));
@@ -203,11 +221,11 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
     }
     Rut::Shares shares;
     shares.forward = dt >= 0 ? 1 : -1;
-    const double b = std::clamp(f.b, Direction::kLeast, Direction::kMost);
     if (settings_.pile) {
+      const double trained = std::clamp(b, Direction::kLeast, Direction::kMost);
       shares.compaction = logistic(law.at(C::compaction));
-      shares.ahead = std::abs(dx) > std::abs(dh) ? logistic(law.at(C::ahead0) + law.at(C::ahead1) * b) : 0.5;
-      shares.drag = (law.at(C::drag0) + law.at(C::drag1) * b) * std::abs(dx) * d;
+      shares.ahead = std::abs(dx) > std::abs(dh) ? logistic(law.at(C::ahead0) + law.at(C::ahead1) * trained) : 0.5;
+      shares.drag = (law.at(C::drag0) + law.at(C::drag1) * trained) * std::abs(dx) * d;
     } else {
       shares.compaction = 1;
     }
@@ -230,6 +248,8 @@ void DirectionWheel::traverse(State& s) {
   s.field("y", y_);
   s.field("worn", worn_);
   s.field("rise", rise_);
+  s.field("nearer", nearer_);
+  s.field("slow_b", slow_b_);
   s.field("steps", steps_);
   s.field("outside", outside_);
   rut_.traverse(s);

@@ -49,9 +49,7 @@ class V2Field final : public Terrain {
     double stored = 0;
     double spent = 0, integration = 0;  ///< [J] of the last step
   };
-  FieldWheel fresh(std::size_t k) const {
-    return {o_, law_, bodies()[k].gear.width(), 1000003 * o_.wheel.seed + k};
-  }
+  FieldWheel fresh(std::size_t k) const { return {o_, law_, bodies()[k].gear.width(), 1000003 * o_.wheel.seed + k}; }
 
   void do_add_body(const BodySpec& b) override {
     check_carries(o_, b);

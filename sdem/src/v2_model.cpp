@@ -33,6 +33,8 @@ other_soil: refuse       # grains of the soil file that are not those of the law
 
 using V2Options = FieldSettings;
 
+constexpr double kRecent = 1;  ///< [s] over which the load is taken that error bars are shares of
+
 constexpr FileKind kKind{"sdem.v2", "law", "law", "is", "is of grains", ""};
 
 }  // namespace
@@ -46,7 +48,6 @@ void check_carries(const FieldSettings& o, const BodySpec& b) {
 }
 
 namespace {
-
 
 V2Options read(const TerrainArgs& a) {
   const ConfigNode& o = a.options;
@@ -118,12 +119,12 @@ class V2 final : public Terrain {
     }
     DirectionWheel plane;
     OwnWay way;
-    double normal = 0, depth = 0, stored = 0;
+    double normal = 0;  ///< mean over kRecent [N]
+    double stored = 0;
     double spent = 0, integration = 0;  ///< [J] of the last step
     void traverse(State& state) {
       way.traverse(state);
       state.field("normal", normal);
-      state.field("depth", depth);
       state.field("stored", stored);
       plane.traverse(state);
     }
@@ -159,8 +160,7 @@ class V2 final : public Terrain {
     const double from = w.way.go(begin, end, forward), to = w.way.s;
     const PlaneForce f = w.plane.step({from, begin.z(), to, end.z(), r * m.spin * c.dt, (end - begin).dot(axis), c.dt},
                                       [&](double s) { return w.way.ground(ground(), s); });
-    w.normal = scale * f.normal;
-    w.depth = f.depth;
+    w.normal += (w.normal > 0 ? 1 - std::exp(-c.dt / kRecent) : 1) * (scale * f.normal - w.normal);
     w.stored = scale * f.stored;
     w.spent = scale * f.spent;
     if (!f.contact) {
@@ -229,7 +229,8 @@ ModelInfo v2_model() {
       "surrogate of grains by direction of motion: forces fitted to runs of grains, elastic memory, soil that is kept",
       "drawbar pull, torque and sinkage of smooth wheels in the plane on any profile, thousands of times faster than "
       "grains",
-      "one wheel radius and one soil per law, no effect of speed; without rows no side force and no rut of another wheel",
+      "one wheel radius and one soil per law, no effect of speed; without rows no side force and no rut of another "
+      "wheel",
       kDefaults,
       [](const TerrainArgs& a) -> std::unique_ptr<Terrain> {
         const V2Options o = read(a);

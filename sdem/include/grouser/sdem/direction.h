@@ -87,12 +87,13 @@ struct Direction {
   /// What means over some 0.1 m of the way of one packing differ from the law by, root mean squares over the free training runs:
   /// height [m], mu, tau.
   std::array<double, 3> spread{};
-  /// Within a run about its mean: amplitudes of the noise of ln F_L, mu, tau; those of mu and tau times
-  /// exp(grain_slope b + grain_curve b^2).
+  /// Within a run about its mean: amplitudes of how much nearer grains lie than their mean surface [m], times
+  /// exp(grain_turn tanh(2 (b - middle)/sharp) + grain_rise b), and of the noise of mu and tau, times exp(grain_slope b + grain_curve b^2).
   std::array<double, 3> grain{};
-  double grain_slope = 0, grain_curve = 0;
-  double grain_shift = 0;  ///< of ln F_L with the noise, so that the mean height stays
-  /// Distance of the random numbers [m]: those of F_L along the place, those of traction along travel plus sliding.
+  double grain_turn = 0, grain_rise = 0, grain_slope = 0, grain_curve = 0;
+  /// What the noise needs so that means stay, of depth [m], mu and tau: c0 + c1 tanh(2 (b - middle)/sharp).
+  std::array<std::array<double, 2>, 3> grain_shift{};
+  /// Distances of the random numbers along travel plus sliding [m]: depth, traction.
   std::array<double, 2> grain_length{16e-3, 8e-3};
   double grain_joint = 0;  ///< correlation of mu and tau
   /// Middle and inverse covariance of (b, ln d/d0, tilt) over the training's windows; beyond `outside_limit` a state is outside.
@@ -107,6 +108,9 @@ struct Direction {
   double press(double d) const;                            ///< p (d/d0)^q [N]
   double b_of(double dx, double rim) const;                ///< D1, not limited
   double distance(double b, double d, double tilt) const;  ///< Mahalanobis
+  double turned(double b, double sharper = 1) const;       ///< tanh(sharper (b - middle)/sharp), T of D6
+  double grain_deep(double b) const;                       ///< amplitude of grain[0] at b [m]
+  double grain_shifted(std::size_t k, double b) const;     ///< of depth [m], mu, tau
   double grain_share(double b) const;                      ///< exp(grain_slope b + grain_curve b^2)
 
   static constexpr double kDepth = 3e-3;              ///< d0 [m]

@@ -27,12 +27,12 @@ struct FitReport {
   std::vector<FitWindow> windows;
   double cost_before = 0, cost_after = 0;
   int evaluations = 0;
-  std::array<double, 3>
-      sd_ratio{};  ///< of the law's fluctuation over that of the grains: height, Fx, torque; free runs
+  /// Of the law's fluctuation over that of the grains: height, Fx, torque, Fz (not fitted); free runs.
+  std::array<double, 4> sd_ratio{};
 };
 
 struct FitSettings {
-  int evaluations = 1500;
+  int evaluations = 1500;                        ///< 0: the coefficients stay, spread and fluctuation are set
   DirectionSettings wheel{0, 1, 0, true, true};  ///< of the law while it is fitted
 };
 
@@ -43,8 +43,8 @@ FitReport fit(const TrainingPlan& p, const std::vector<TrainingRun>& runs, const
 /// One run and the law on its way (free runs in height, held ones held), over the last share of the way.
 struct Comparison {
   double slip = 0, load = 0, x_from = 0, x_to = 0;
-  /// Height of the lowest point over the ground [m], Fx [N], driving torque [N m].
-  std::array<double, 3> grains{}, grains_sd{}, law{}, law_sd{};
+  /// Height of the lowest point over the ground [m], Fx [N], driving torque [N m], Fz [N].
+  std::array<double, 4> grains{}, grains_sd{}, law{}, law_sd{};
   double profile_rms = 0;  ///< change of the profile 40 mm and more behind the hub at the end [m]
   double outside = 0;      ///< share of steps
   double drift = 0;        ///< of the law's volume [m^2]

@@ -12,9 +12,10 @@ namespace grouser::sdem {
 struct DirectionSettings {
   double grain_noise = 1;  ///< scale of the fluctuation that single grains make; 0: none
   std::uint64_t seed = 1;
-  double side_friction = 0;  ///< [1] no part of the law: fitted by wheels that slide aside (examples/18_surrogate_in_3d)
-  bool memory = true;        ///< D5; false: N = F_L or F_P by the direction of motion (ablation)
-  bool pile = true;          ///< soil goes ahead and behind; false: all of it is compacted (ablation)
+  double side_friction =
+      0;               ///< [1] no part of the law: fitted by wheels that slide aside (examples/18_surrogate_in_3d)
+  bool memory = true;  ///< D5; false: N = F_L or F_P by the direction of motion (ablation)
+  bool pile = true;    ///< soil goes ahead and behind; false: all of it is compacted (ablation)
   /// Side force/N goes over l_t toward -side_friction dy/D, dy the way aside of the wheel's lowest point, dS of D5: D = dS where this is 0;
   ///   else  D^2 = dy^2 + (r w - v_t)^2 dt^2 + (side_turn dS)^2:  traction that turns with the sliding                          (D7)
   /// and then, for a wheel that slides aside, with c = sqrt(1 - (dy/D)^2): tau becomes c tau and mu becomes mu - (1 - c) tau: what drives the
@@ -77,6 +78,8 @@ class DirectionWheel {
   std::array<double, 4> last_{};  ///< forces and torque/r at the end of the last piece [N]
   double u_ = 0, m_ = 0, y_ = 0;  ///< of D6
   double worn_ = 0;               ///< travel plus sliding so far [m]
+  double slow_b_ = 0;             ///< b over the way of the waves
+  double nearer_ = 0;             ///< what grains lay nearer by at the last piece [m]
   double rise_ = 0;               ///< of the soil ahead, as the wheel has met it [m]
   std::int64_t steps_ = 0, outside_ = 0;
 };
