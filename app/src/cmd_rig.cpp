@@ -55,6 +55,8 @@ int rig(const RigArguments& a) {
   print_rows(s);
   print_errors(s);
   for (const std::string& n : s.notices) fmt::print("note: {}\n", n);
+  for (const vehicle::RigRow& r : s.rows)
+    if (!r.warning.empty()) fmt::print("warning: slip {:g}, {:g} N: {}\n", r.slip_rim, r.spec.load, r.warning);
   if (a.no_report) {
     fmt::print("results: {}\n", s.folder.string());
     return 0;

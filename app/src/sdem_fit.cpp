@@ -125,6 +125,7 @@ int sdem_compare(const SdemCompareArguments& a) {
     const sdem::TrainingRecord record = sdem::read_training(r, file);
     const sdem::DirectionSettings wheel{a.quiet_grains ? 0.0 : 1.0, static_cast<std::uint64_t>(r.seed), 0,
                                         !a.without_memory, !a.without_pile};
+    const double wider = std::hypot(1, wheel.grain_noise);  // as the fields of sdem.v2
     const sdem::Comparison c = sdem::compare(p, r, record, law, wheel, a.share);
     std::string ground = r.ground->describe();
     for (char& x : ground)
@@ -136,8 +137,9 @@ int sdem_compare(const SdemCompareArguments& a) {
                  unit * c.law_sd[k]);
     }
     fmt::print(",{:.4g},{:.3g},{:.2g},{:.4g},{:.4g},{:.4g},{:.4g},{:.3g},{:.3g},{:.3g}\n", 1e3 * c.profile_rms,
-               c.outside, c.drift, c.x_to - c.x_from, c.seconds, record.processor, c.law_seconds, 1e3 * law.spread[0],
-               c.load * law.spread[1], c.load * law.spread[2] * law.radius);
+               c.outside, c.drift, c.x_to - c.x_from, c.seconds, record.processor, c.law_seconds,
+               1e3 * wider * law.spread[0], wider * c.load * law.spread[1],
+               wider * c.load * law.spread[2] * law.radius);
   }
   return 0;
 }

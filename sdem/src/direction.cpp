@@ -22,9 +22,9 @@ constexpr double kHeld = 2;        ///< rise over d0 beyond which forces stay
 
 /// Everything of a law that counts, as numbers.
 std::vector<double> numbers(const Direction& d) {
-  std::vector<double> v{d.radius,          d.width,       d.column,       d.grain_turn,
-                        d.grain_rise,      d.grain_slope, d.grain_curve,  d.grain_length[0],
-                        d.grain_length[1], d.grain_joint, d.outside_limit};
+  std::vector<double> v{d.radius,          d.width,       d.column,        d.grain_turn,
+                        d.grain_rise,      d.grain_slope, d.grain_curve,   d.grain_length[0],
+                        d.grain_length[1], d.grain_joint, d.outside_limit, d.deepest};
   v.insert(v.end(), d.c.begin(), d.c.end());
   v.insert(v.end(), d.spread.begin(), d.spread.end());
   v.insert(v.end(), d.grain.begin(), d.grain.end());
@@ -38,7 +38,7 @@ bool take(Direction& d, const std::vector<double>& v) {
   if (v.size() != numbers(d).size()) return false;
   auto from = v.begin();
   for (double* x : {&d.radius, &d.width, &d.column, &d.grain_turn, &d.grain_rise, &d.grain_slope, &d.grain_curve,
-                    &d.grain_length[0], &d.grain_length[1], &d.grain_joint, &d.outside_limit})
+                    &d.grain_length[0], &d.grain_length[1], &d.grain_joint, &d.outside_limit, &d.deepest})
     *x = *from++;
   const auto fill = [&](auto& array) {
     std::copy_n(from, array.size(), array.begin());
@@ -198,7 +198,7 @@ void Direction::write(const fs::path& file) const {
     const std::vector<double> v = numbers(*this);
     out.write_static({"law", "1",
                       "radius, width, column, turn, rise, slope, curve of the grain noise, its two lengths and "
-                      "correlation, limit; "
+                      "correlation, limit, deepest; "
                       "then the coefficients "
                       "in the order of `names`, spreads, grain, its shifts, centre, inverse covariance; SI",
                       "", 1},

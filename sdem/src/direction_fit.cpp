@@ -184,6 +184,7 @@ void windows_of(const Way& w, const Ground& ground, double radius, const Trace& 
       add(5, w.ahead[j], t.ahead[j]);
       f.b += t.b[j];
       f.depth += t.depth[j];
+      f.deepest = std::max(f.deepest, t.depth[j]);
       f.tilt += t.tilt[j];
       ++all;
     }
@@ -491,11 +492,13 @@ void set_spread(const std::vector<FitWindow>& windows, const std::vector<Trainin
     // The law was fitted to these: degrees of freedom are less by its coefficients for each.
     law.spread[k] = n > kEach ? std::sqrt(sum / (n - kEach)) : 0;
   }
+  law.deepest = 0;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
   int n = 0;
   for (const FitWindow& w : windows) {
     if (!(w.depth > 0)) continue;
+    law.deepest = std::max(law.deepest, w.deepest);
     const Eigen::Vector3d x(w.b, std::log(std::max(w.depth, 1e-6) / Direction::kDepth), w.tilt);
     mean += x;
     second += x * x.transpose();

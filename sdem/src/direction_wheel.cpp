@@ -233,7 +233,9 @@ PlaneForce DirectionWheel::step(const PlaneMotion& m, const Height& ground) {
   }
   if (f.contact) {
     ++steps_;
-    f.outside = law.distance(f.b, f.depth, f.tilt) > law.outside_limit;
+    // Beyond the ends of b the law takes the ends; at rest there is no direction.
+    const bool turned = !f.rests && (f.b < Direction::kLeast || f.b > Direction::kMost);
+    f.outside = turned || f.depth > law.deepest || law.distance(f.b, f.depth, f.tilt) > law.outside_limit;
     outside_ += f.outside;
   }
   return f;

@@ -22,7 +22,7 @@ dead_band: 0.05          # [1] 0..1 of the forward velocity: slower vertical mot
 rounded: wheel           # wheel: the wheel's own velocity and the tables'; tables: that of the look-ups only
 gate: true               # soil moves only while its upward force is at least the weight on the wheel
 gap: 10 mm               # [m] > 0 widest gap between soil points that carry pressure together
-outside: refuse          # velocities and heights that the tables lack: refuse | nearest (taken and counted, field outside)
+outside: refuse          # velocities and heights that the tables lack: refuse | nearest (taken; share of steps in field outside)
 datum: 0 m               # height of the undisturbed ground that stands the tables' bed depth above the floor
 other_soil: refuse       # grains of the soil file that are not those of the tables: refuse | accept
 )";
@@ -80,13 +80,16 @@ class V1 final : public Terrain {
     return c;
   }
   std::vector<FieldInfo> fields() const override {
-    return {{"outside", "1", "times so far that a wheel's velocity or height lay outside the tables, all wheels"}};
+    return {{"outside", "1", "share of wheels' steps so far in which velocity or height lay outside the tables"}};
   }
   double field(const std::string& name, double x, double y) const override {
     if (name != "outside") return Terrain::field(name, x, y);
-    double n = 0;
-    for (const Wheel& w : wheels_) n += static_cast<double>(w.slice.outside());
-    return n;
+    double steps = 0, outside = 0;
+    for (const Wheel& w : wheels_) {
+      steps += static_cast<double>(w.steps);
+      outside += static_cast<double>(w.outside);
+    }
+    return steps > 0 ? outside / steps : 0;
   }
 
  private:
@@ -97,10 +100,13 @@ class V1 final : public Terrain {
     double force_z = 0;              ///< last upward force [N]
     double ahead = 0;                ///< velocity inside less the mean one told to the host [m/s]
     double spent = 0, external = 0;  ///< [J] of the last step
+    std::int64_t steps = 0, outside = 0;
     void traverse(State& state) {
       way.traverse(state);
       state.field("force_z", force_z);
       state.field("ahead", ahead);
+      state.field("steps", steps);
+      state.field("steps_outside", outside);
       slice.traverse(state);
     }
   };
@@ -118,7 +124,13 @@ class V1 final : public Terrain {
     parallel_for(static_cast<int>(motions.size()), [&](int i) {
       const auto k = static_cast<std::size_t>(i);
       try {
-        advance(c, bodies()[k], motions[k], wheels_[k], results[k]);
+        Wheel& w = wheels_[k];
+        const std::int64_t steps = w.steps, steps_outside = w.outside, looked_up = w.slice.outside();
+        advance(c, bodies()[k], motions[k], w, results[k]);
+        // A wheel put elsewhere begins anew, its history does not.
+        w.steps = steps + 1;
+        w.outside =
+            steps_outside + (w.slice.outside() > looked_up || (w.slice.outside() > 0 && w.slice.outside() < looked_up));
       } catch (const TerrainError& e) {
         throw TerrainError("sdem.v1: wheel '" + bodies()[k].name + "' at t = " + std::to_string(c.t) +
                            " s: " + e.what());

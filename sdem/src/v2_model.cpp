@@ -87,20 +87,25 @@ class V2 final : public Terrain {
     return c;
   }
   std::vector<FieldInfo> fields() const override {
-    return {{"outside", "1", "share of wheels' steps in contact so far that lay outside the training"},
-            {"drawbar_sd", "N", "spread of packings of the drawbar pull, mean over 0.1 m, largest of the wheels"},
-            {"torque_sd", "N m", "spread of packings of the torque, mean over 0.1 m, largest of the wheels"},
-            {"sinkage_sd", "m", "spread of packings of the sinkage, mean over 0.1 m, largest of the wheels"}};
+    return {
+        {"outside", "1", "share of wheels' steps in contact so far that lay outside the training"},
+        {"drawbar_sd", "N",
+         "spread of packings (and of seeds) of the drawbar pull, mean over 0.1 m, largest of the wheels"},
+        {"torque_sd", "N m", "spread of packings (and of seeds) of the torque, mean over 0.1 m, largest of the wheels"},
+        {"sinkage_sd", "m",
+         "spread of packings (and of seeds) of the sinkage, mean over 0.1 m, largest of the wheels"}};
   }
   double field(const std::string& name, double x, double y) const override {
     double steps = 0, outside = 0, drawbar = 0, torque = 0, sinkage = 0;
+    // With the fluctuation the law is a draw of its own, as wide as the packings'.
+    const double wider = std::hypot(1, o_.wheel.grain_noise);
     for (const Wheel& w : wheels_) {
       steps += static_cast<double>(w.plane.steps());
       outside += static_cast<double>(w.plane.outside());
       if (!(w.normal > 0)) continue;
-      drawbar = std::max(drawbar, w.normal * o_.law->spread[1]);
-      torque = std::max(torque, w.normal * o_.law->spread[2] * o_.law->radius);
-      sinkage = o_.law->spread[0];
+      drawbar = std::max(drawbar, wider * w.normal * o_.law->spread[1]);
+      torque = std::max(torque, wider * w.normal * o_.law->spread[2] * o_.law->radius);
+      sinkage = wider * o_.law->spread[0];
     }
     if (name == "outside") return steps > 0 ? outside / steps : 0;
     if (name == "drawbar_sd") return drawbar;

@@ -69,16 +69,17 @@ TEST(LawInTheRig, ErrorBarsAndWhatLiesOutsideReachTableAndPage) {
   rig(kExample / "flat.yaml", flat);
   rig(steeper_sinusoid(), rough);
   rig(kExample / "nodes" / "flat.yaml", nodes);
-  // 1.645 times what training runs differ by, of the load of 5.4 N and at 65 mm.
+  // 1.645 times what training runs differ by, of the load of 5.4 N and at 65 mm; the law's own seed adds as much again.
   const std::string fit = read_text(kExample / "results" / "training.txt");
   const std::size_t at = fit.find("spread of runs about the law: ");
   double height = 0, mu = 0, tau = 0;
   ASSERT_TRUE(at != std::string::npos &&
               std::sscanf(fit.c_str() + at, "spread of runs about the law: height %lf mm, mu %lf, tau %lf", &height,
                           &mu, &tau) == 3);
-  EXPECT_NEAR(value(flat, "sinkage_model_error_mm"), 1.645 * height, 0.02);
-  EXPECT_NEAR(value(flat, "drawbar_pull_model_error_N"), 1.645 * mu * 5.4, 0.02);
-  EXPECT_NEAR(value(flat, "driving_torque_model_error_Nm"), 1.645 * tau * 5.4 * 0.065, 0.002);
+  const double wider = 1.645 * std::sqrt(2);
+  EXPECT_NEAR(value(flat, "sinkage_model_error_mm"), wider * height, 0.02);
+  EXPECT_NEAR(value(flat, "drawbar_pull_model_error_N"), wider * mu * 5.4, 0.02);
+  EXPECT_NEAR(value(flat, "driving_torque_model_error_Nm"), wider * tau * 5.4 * 0.065, 0.002);
   EXPECT_LT(value(flat, "outside"), 0.1);
   EXPECT_GT(value(rough, "outside"), 0.1);
   const std::string outside = "lay outside of what it was fitted to";

@@ -116,7 +116,8 @@ std::string run_fixed(const CaseContext& x, RigRow& row) {
   const ModelError e = model_error(*terrain);
   row.model_error = {e.drawbar_pull, e.driving_torque, e.sinkage};
   row.outside = e.outside;
-  x.record.warn(outside_warning(*terrain));
+  row.warning = outside_warning(*terrain);
+  x.record.warn(row.warning);
   State end;
   action.traverse(end);
   return end.hash_text();

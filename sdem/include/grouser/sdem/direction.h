@@ -100,6 +100,7 @@ struct Direction {
   std::array<double, 3> centre{};
   std::array<double, 9> inverse{};
   double outside_limit = 3.5;
+  double deepest = 0;  ///< of those windows [m]; deeper is outside too
 
   double at(Coefficient k) const { return c[static_cast<std::size_t>(k)]; }
   double& at(Coefficient k) { return c[static_cast<std::size_t>(k)]; }

@@ -21,6 +21,7 @@ struct FitWindow {
   /// Grains, law: height of the lowest point over the ground [m], Fx [N], Fz [N], driving torque [N m], profile behind, ahead [m].
   std::array<double, 6> grains{}, law{};
   double b = 0, depth = 0, tilt = 0;  ///< of the law
+  double deepest = 0;                 ///< of the law in it [m]
 };
 
 struct FitReport {

@@ -51,6 +51,7 @@ struct RigRow {
   /// 90 % half widths of a model that was fitted to data [N], [N m], [m], and share of its steps outside of that data; NaN: it does not say.
   std::array<double, 3> model_error{kUnsaid, kUnsaid, kUnsaid};
   double outside = kUnsaid;
+  std::string warning;              ///< what a reader of the row must know; empty: nothing
   double touch_down_overshoot = 0;  ///< [-] greatest normal force over the load before the ramp, minus one
   std::string end_state_hash;
 };
