@@ -9,6 +9,7 @@
 #include "file_kind.h"
 #ifdef GROUSER_SDEM
 #include "grouser/sdem/campaign.h"
+#include "grouser/sdem/training.h"
 #endif
 #ifdef GROUSER_BEKKER
 #include "grouser/bekker/table.h"
@@ -69,6 +70,11 @@ std::string check_yaml(const fs::path& file, std::vector<std::string>& notices) 
 #endif
 #ifdef GROUSER_SDEM
   if (key == "surrogate") return sdem::load_campaign(file), "campaign of the surrogate";
+  if (key == "training") {
+    std::vector<sdem::TrainingRun> runs;
+    sdem::load_training(file, runs);
+    return fmt::format("training plan of the surrogate, {} runs", runs.size());
+  }
 #endif
 #ifdef GROUSER_BEKKER
   if (key == "table") return bekker::load_table_spec(file), "table";

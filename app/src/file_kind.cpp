@@ -7,19 +7,19 @@ namespace grouser::app {
 
 namespace {
 
-// In this order: a fit file names a wheel, a scenario names a vehicle, a rig names both a wheel and a terrain.
+// In this order: a fit file names a wheel, a scenario names a vehicle, a rig names both a wheel and a terrain, a campaign of the surrogate has a bed.
 constexpr std::array kinds{FileKind{"scenario", "a scenario", "grouser run"},
                            FileKind{"rig", "a rig file", "grouser rig"},
                            FileKind{"fit", "a fit file", "grouser fit"},
                            FileKind{"items", "a file of figures", "grouser plot"},
                            FileKind{"soil_test", "a soil test on grains", "grouser soil"},
                            FileKind{"dem", "a discrete-element case", "grouser dem run"},
+                           FileKind{"surrogate", "a campaign of the surrogate", "grouser sdem build"},
+                           FileKind{"training", "a training plan of the surrogate", "grouser sdem train"},
                            FileKind{"bed", "a bed of grains", "grouser dem bed"},
                            FileKind{"campaign", "a campaign of soil tests", "grouser soil campaign"},
                            FileKind{"calibration", "a calibration of grains", "grouser soil calibrate"},
                            FileKind{"table", "a table file", "grouser bekker table build"},
-                           FileKind{"surrogate", "a campaign of the surrogate", "grouser sdem build"},
-                           FileKind{"training", "a training plan of the surrogate", "grouser sdem train"},
                            FileKind{"vehicle", "a vehicle", nullptr},
                            FileKind{"wheel", "a wheel", nullptr},
                            FileKind{"terrain", "a terrain", nullptr},

@@ -88,6 +88,14 @@ TEST(LawInTheRig, ErrorBarsAndWhatLiesOutsideReachTableAndPage) {
   EXPECT_TRUE(std::isnan(value(nodes, "outside"))) << "a model that was not fitted to data says so";
 }
 
+TEST(Check, PassesTheShippedFilesOfGrainsAndSurrogates) {
+  for (const char* folder : {"06_soil_tests", "12_wheels_on_grains", "14_surrogate", "15_quasi_2d",
+                             "16_surrogate_against_grains", "17_surrogate_by_direction", "18_surrogate_in_3d"}) {
+    const CommandResult r = grouser_command("check examples/" + std::string(folder) + "/*.yaml", source);
+    EXPECT_EQ(r.code, 0) << folder << "\n" << r.err;
+  }
+}
+
 TEST(StoredRun, OfTheRobotOnGrainsIsThatOfTheExample) {
   const fs::path example = source / "examples" / "18_surrogate_in_3d",
                  inputs = example / "grains_run" / "inputs" / "18_surrogate_in_3d";
