@@ -97,7 +97,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{
             "text.yaml",
             "text.yaml:1:1: cannot tell what this file is; it should begin with one of the keys scenario, rig, fit, "
-            "items, soil_test, dem, bed, campaign, calibration, table, surrogate, training, vehicle, wheel, terrain, soil, ground, shape\n"},
+            "items, soil_test, dem, surrogate, training, bed, campaign, calibration, table, vehicle, wheel, terrain, soil, ground, shape\n"},
         WrongFile{"token.yaml", "token.yaml:1:11: not valid YAML: '`' cannot begin a value; put the value in quotes\n"},
         WrongFile{"profile_empty.yaml",
                   "empty.csv:1:1: the file has no rows of numbers; one row per line, cells separated by commas\n"},
