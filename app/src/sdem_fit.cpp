@@ -125,7 +125,7 @@ int sdem_compare(const SdemCompareArguments& a) {
     const sdem::TrainingRecord record = sdem::read_training(r, file);
     const sdem::DirectionSettings wheel{a.quiet_grains ? 0.0 : 1.0, static_cast<std::uint64_t>(r.seed), 0,
                                         !a.without_memory, !a.without_pile};
-    const double wider = std::hypot(1, wheel.grain_noise);  // as the fields of sdem.v2
+    const double wider = wheel.wider();
     const sdem::Comparison c = sdem::compare(p, r, record, law, wheel, a.share);
     std::string ground = r.ground->describe();
     for (char& x : ground)

@@ -349,9 +349,11 @@ struct Fluctuation {
   /// ln of the ways over which half of it is forgotten, law over grains: height, Fx.
   std::array<double, 2> longer{};
   double joint = 0;
-  /// Of each run: b, ln of the deviations of height and Fx, law over grains; means of the law: height [m], Fx and torque over
-  /// load (and radius).
-  std::vector<std::array<double, 6>> ratio;
+  struct Run {
+    double b = 0, height = 0, fx = 0;  ///< ln of the deviations of height and Fx, law over grains
+    std::array<double, 3> means{};     ///< of the law: height [m], Fx and torque over load (and radius)
+  };
+  std::vector<Run> each;
   int runs = 0;
 };
 Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>& law,
@@ -392,8 +394,7 @@ Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>
       const auto ratio = [&](std::size_t k, double least) {
         return std::log(std::max(least, deviation(b[k])) / std::max(least, deviation(a[k])));
       };
-      out.ratio.push_back(
-          {law->b_of(1 - p.run_of(w).slips[0], 1), ratio(0, 1e-5), ratio(1, 1e-3), means[0], means[1], means[2]});
+      out.each.push_back({law->b_of(1 - p.run_of(w).slips[0], 1), ratio(0, 1e-5), ratio(1, 1e-3), means});
       double mx = 0, mt = 0, c = 0;
       for (std::size_t i = 0; i < a[1].size(); ++i) {
         mx += a[1][i] / static_cast<double>(a[1].size());
@@ -418,7 +419,7 @@ Fluctuation fluctuation(const Problem& p, const std::shared_ptr<const Direction>
   return out;
 }
 
-/// Amplitudes and lengths of the grain noise with which the law fluctuates as the grains do, and the shift that keeps its mean height.
+/// Amplitudes and lengths of the grain noise with which the law fluctuates as the grains do, and the shifts that keep its means.
 void set_noise(const Problem& p, Direction& law, const DirectionSettings& wheel, std::array<double, 4>& ratio) {
   law.grain = {0.7e-3, 0.15, 0.08};
   law.grain_length = Direction{}.grain_length;
@@ -429,43 +430,38 @@ void set_noise(const Problem& p, Direction& law, const DirectionSettings& wheel,
   const Fluctuation quiet = fluctuation(p, std::make_shared<const Direction>(law), still);
   law.grain_shift = {};
   constexpr int kTurns = 8;
-  for (int turn = 0; turn < kTurns; ++turn) {
+  for (int turn = 0;; ++turn) {
     const Fluctuation f = fluctuation(p, std::make_shared<const Direction>(law), noisy);
     if (f.runs == 0) return;
-    if (turn + 1 < kTurns) {
-      // ln ratio of Fx = c + slope b + curve b^2, of height c + turn tanh + rise b over the runs, least squares.
-      Eigen::MatrixXd a(static_cast<Eigen::Index>(f.ratio.size()), 3), c(a.rows(), 3);
-      Eigen::VectorXd y(a.rows()), z(a.rows());
-      Eigen::MatrixXd off(a.rows(), 3);
-      for (Eigen::Index i = 0; i < a.rows(); ++i) {
-        const std::array<double, 6>& r = f.ratio[static_cast<std::size_t>(i)];
-        for (Eigen::Index k = 0; k < 3; ++k) {
-          const auto j = static_cast<std::size_t>(k) + 3;
-          off(i, k) = r[j] - quiet.ratio[static_cast<std::size_t>(i)][j];
-        }
-        a.row(i) << 1, r[0], r[0] * r[0];
-        c.row(i) << 1, law.turned(r[0], 2), r[0];
-        z[i] = r[1];
-        y[i] = r[2];
-      }
-      const Eigen::VectorXd x = a.colPivHouseholderQr().solve(y), u = c.colPivHouseholderQr().solve(z);
-      law.grain_turn = std::clamp(law.grain_turn - u[1], -2.0, 2.0);
-      law.grain_rise = std::clamp(law.grain_rise - u[2], -2.0, 2.0);
-      const Eigen::MatrixXd v = c.leftCols(2).colPivHouseholderQr().solve(off);
-      for (Eigen::Index k = 0; k < 3; ++k)
-        for (Eigen::Index m = 0; m < 2; ++m)
-          law.grain_shift[static_cast<std::size_t>(k)][static_cast<std::size_t>(m)] -= v(m, k);
-      law.grain_slope = std::clamp(law.grain_slope - x[1], -2.0, 2.0);
-      law.grain_curve = std::clamp(law.grain_curve - x[2], -2.0, 2.0);
-    }
-    if (turn + 1 < kTurns)
-      for (std::size_t k = 0; k < 2; ++k)
-        law.grain_length[k] = std::clamp(law.grain_length[k] * std::exp(-f.longer[k]), 2e-3, 40e-3);
     law.grain_joint = std::clamp(f.joint, 0.0, 0.95);
     for (std::size_t k = 0; k < 4; ++k) ratio[k] = f.law[k] / std::max(1e-12, f.grains[k]);
-    if (turn + 1 < kTurns)
-      for (std::size_t k = 0; k < 3; ++k)
-        law.grain[k] = std::clamp(law.grain[k] / std::max(0.2, ratio[k]), 0.0, k == 0 ? kDeepest : 1.5);
+    if (turn + 1 == kTurns) return;
+    // ln ratio of Fx = c + slope b + curve b^2, of height c + turn tanh + rise b, shifts c + c1 tanh over the runs, least squares.
+    Eigen::MatrixXd a(static_cast<Eigen::Index>(f.each.size()), 3), c(a.rows(), 3), off(a.rows(), 3);
+    Eigen::VectorXd y(a.rows()), z(a.rows());
+    for (Eigen::Index i = 0; i < a.rows(); ++i) {
+      const Fluctuation::Run &r = f.each[static_cast<std::size_t>(i)], &q = quiet.each[static_cast<std::size_t>(i)];
+      a.row(i) << 1, r.b, r.b * r.b;
+      c.row(i) << 1, law.turned(r.b, 2), r.b;
+      for (Eigen::Index k = 0; k < 3; ++k)
+        off(i, k) = r.means[static_cast<std::size_t>(k)] - q.means[static_cast<std::size_t>(k)];
+      z[i] = r.height;
+      y[i] = r.fx;
+    }
+    const Eigen::VectorXd x = a.colPivHouseholderQr().solve(y), u = c.colPivHouseholderQr().solve(z);
+    const Eigen::MatrixXd v = c.leftCols(2).colPivHouseholderQr().solve(off);
+    const auto less = [](double& to, double by) { to = std::clamp(to - by, -2.0, 2.0); };
+    less(law.grain_turn, u[1]);
+    less(law.grain_rise, u[2]);
+    less(law.grain_slope, x[1]);
+    less(law.grain_curve, x[2]);
+    for (Eigen::Index k = 0; k < 3; ++k)
+      for (Eigen::Index m = 0; m < 2; ++m)
+        law.grain_shift[static_cast<std::size_t>(k)][static_cast<std::size_t>(m)] -= v(m, k);
+    for (std::size_t k = 0; k < 2; ++k)
+      law.grain_length[k] = std::clamp(law.grain_length[k] * std::exp(-f.longer[k]), 2e-3, 40e-3);
+    for (std::size_t k = 0; k < 3; ++k)
+      law.grain[k] = std::clamp(law.grain[k] / std::max(0.2, ratio[k]), 0.0, k == 0 ? kDeepest : 1.5);
   }
 }
 

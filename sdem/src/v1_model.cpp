@@ -124,13 +124,7 @@ class V1 final : public Terrain {
     parallel_for(static_cast<int>(motions.size()), [&](int i) {
       const auto k = static_cast<std::size_t>(i);
       try {
-        Wheel& w = wheels_[k];
-        const std::int64_t steps = w.steps, steps_outside = w.outside, looked_up = w.slice.outside();
-        advance(c, bodies()[k], motions[k], w, results[k]);
-        // A wheel put elsewhere begins anew, its history does not.
-        w.steps = steps + 1;
-        w.outside =
-            steps_outside + (w.slice.outside() > looked_up || (w.slice.outside() > 0 && w.slice.outside() < looked_up));
+        advance(c, bodies()[k], motions[k], wheels_[k], results[k]);
       } catch (const TerrainError& e) {
         throw TerrainError("sdem.v1: wheel '" + bodies()[k].name + "' at t = " + std::to_string(c.t) +
                            " s: " + e.what());
@@ -147,9 +141,13 @@ class V1 final : public Terrain {
     const WheelMotion m = wheel_motion(body, motion, r, width);
     const Vec3 begin = (motion.X_WB_begin * body.X_BG).p, end = m.pose.hub_W, forward = m.carrier.col(0);
     if (w.way.fresh(begin, r)) {
-      w = Wheel(o_);
-      w.way.placed = true;
+      Wheel anew(o_);
+      anew.way.placed = true;
+      anew.steps = w.steps;
+      anew.outside = w.outside;
+      w = std::move(anew);
     }
+    const std::int64_t looked_up = w.slice.outside();
     const double from = w.way.go(begin, end, forward), to = w.way.s;
     w.slice.lay(to, [&](double s) { return w.way.ground(ground(), s); });
 
@@ -188,6 +186,8 @@ class V1 final : public Terrain {
     }
     w.spent = -f.power * c.dt;
     w.external = (impulse_z - f.fz * c.dt) * x.vz;
+    ++w.steps;
+    w.outside += w.slice.outside() > looked_up;
     fill(f, impulse_z, m, c.dt, result);
   }
 

@@ -97,8 +97,7 @@ class V2 final : public Terrain {
   }
   double field(const std::string& name, double x, double y) const override {
     double steps = 0, outside = 0, drawbar = 0, torque = 0, sinkage = 0;
-    // With the fluctuation the law is a draw of its own, as wide as the packings'.
-    const double wider = std::hypot(1, o_.wheel.grain_noise);
+    const double wider = o_.wheel.wider();
     for (const Wheel& w : wheels_) {
       steps += static_cast<double>(w.plane.steps());
       outside += static_cast<double>(w.plane.outside());

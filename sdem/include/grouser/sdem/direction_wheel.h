@@ -1,5 +1,6 @@
 #pragma once
 // One wheel of `sdem.v2` in its plane: direction.h integrated over a motion, with its rut.
+#include <cmath>
 #include <functional>
 #include <memory>
 
@@ -22,6 +23,9 @@ struct DirectionSettings {
   ///   rim turns, what resists the wheel (tau - mu) stays                                                                             (D8)
   double side_turn = 0;
   double around = 0.07;  ///< soil ahead of and behind the rim that is laid [m]
+
+  /// What the spread of packings is multiplied by for an error bar: with the fluctuation the law is a draw of its own, as wide as the packings'.
+  double wider() const { return std::hypot(1.0, grain_noise); }
 };
 
 /// Motion of the hub over a step at constant velocity; side: way along the axle.
